@@ -1,0 +1,19 @@
+"""Robots: limits, kinematics and dynamics as named functions; importing this loads neither Pinocchio nor CasADi."""
+
+from __future__ import annotations
+
+from ocp_traj.robot.additions import Friction, Payload
+from ocp_traj.robot.dh import robot_from_dh
+from ocp_traj.robot.packaged import load_robot, robot_names
+from ocp_traj.robot.robot import Robot
+from ocp_traj.robot.urdf import robot_from_urdf
+
+__all__ = [
+    "Friction",
+    "Payload",
+    "Robot",
+    "load_robot",
+    "robot_from_dh",
+    "robot_from_urdf",
+    "robot_names",
+]

@@ -1,0 +1,109 @@
+"""What stands on or in the robot besides its links: a payload at the tool and joint friction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ocp_traj.arrays import Array, ArrayLike, read_only
+from ocp_traj.exceptions import RobotError
+
+STANDARD_GRAVITY = (0.0, 0.0, -9.81)
+"""Default gravity in the base frame, m/s^2 (the value Pinocchio uses)."""
+
+
+def vector(values: ArrayLike, length: int, name: str) -> Array:
+    """Return `values` as a read-only vector of finite numbers.
+
+    Raises
+    ------
+    RobotError
+        The length is wrong or a value is not finite; `name` tells which argument.
+    """
+    array = read_only(values)
+    if array.shape != (length,):
+        raise RobotError(f"{name} has shape {array.shape}, expected ({length},)")
+    if not np.all(np.isfinite(array)):
+        raise RobotError(f"{name} is {array.tolist()}, expected finite numbers")
+    return array
+
+
+@dataclass(frozen=True)
+class Payload:
+    """A rigid body fixed to the tool frame.
+
+    Parameters
+    ----------
+    mass : float
+        kg, >= 0.
+    com : (3,)
+        Centre of mass in the tool frame, m.
+    inertia : (6,)
+        ixx, iyy, izz, ixy, ixz, iyz about the centre of mass, axes parallel to the tool frame, kg m^2.
+
+    Raises
+    ------
+    RobotError
+        The mass is negative, a shape is wrong, or the inertia is not that of a body (its tensor must be
+        positive semidefinite and each principal moment at most the sum of the other two).
+    """
+
+    mass: float
+    com: Array = field(default_factory=lambda: np.zeros(3))
+    inertia: Array = field(default_factory=lambda: np.zeros(6))
+
+    def __post_init__(self) -> None:
+        mass = float(self.mass)
+        if not (np.isfinite(mass) and mass >= 0.0):
+            raise RobotError(f"payload mass is {self.mass} kg, expected a finite number >= 0")
+        object.__setattr__(self, "mass", mass)
+        object.__setattr__(self, "com", vector(self.com, 3, "payload com"))
+        object.__setattr__(self, "inertia", vector(self.inertia, 6, "payload inertia"))
+        moments = np.linalg.eigvalsh(self.tensor)
+        slack = 1e-9 * max(float(np.max(np.abs(moments))), 1e-12)
+        if moments[0] < -slack or moments[2] > moments[0] + moments[1] + slack:
+            raise RobotError(
+                f"payload inertia has principal moments {moments.tolist()} kg m^2, expected non-negative "
+                "ones of which none exceeds the sum of the other two"
+            )
+
+    @property
+    def tensor(self) -> Array:
+        """Inertia tensor about the centre of mass, (3, 3), kg m^2."""
+        ixx, iyy, izz, ixy, ixz, iyz = self.inertia
+        return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Joint friction: the torque ``viscous * v + coulomb * sign(v)`` is added to the inverse dynamics.
+
+    Parameters
+    ----------
+    viscous : (n,)
+        N m s/rad (N s/m for prismatic joints), >= 0.
+    coulomb : (n,)
+        N m (N for prismatic joints), >= 0.
+    """
+
+    viscous: Array
+    coulomb: Array
+
+    def __post_init__(self) -> None:
+        length = np.size(self.viscous)
+        for name in ("viscous", "coulomb"):
+            values = vector(getattr(self, name), length, f"{name} friction")
+            if np.any(values < 0.0):
+                raise RobotError(f"{name} friction is {values.tolist()}, expected numbers >= 0")
+            object.__setattr__(self, name, values)
+
+    @classmethod
+    def none(cls, n: int) -> Friction:
+        """Return zero friction for `n` joints."""
+        return cls(viscous=np.zeros(n), coulomb=np.zeros(n))
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether neither kind of friction acts."""
+        return not (np.any(self.viscous) or np.any(self.coulomb))

@@ -1,0 +1,194 @@
+"""Robots known by name: the URDF files of the package `example-robot-data`, found on this machine."""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+
+from ocp_traj.exceptions import RobotError, UnknownNameError
+from ocp_traj.robot.robot import Robot
+
+DATA_VARIABLE = "OCP_TRAJ_ROBOT_DATA"
+"""Environment variable that names a folder to be used instead of the installed robot data."""
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class PackagedRobot:
+    """Where a named robot is, which of its joints move, and what is put right.
+
+    Attributes
+    ----------
+    urdf : str
+        Path below the data's ``robots`` folder.
+    tool : str
+    keep : tuple of str
+        Joints that move; all when empty.
+    lock : tuple of str
+        Joints that do not move.
+    torque : tuple of float
+        Rated torques, N m, that replace the file's; none when empty.
+    """
+
+    urdf: str
+    tool: str
+    keep: tuple[str, ...] = ()
+    lock: tuple[str, ...] = ()
+    torque: tuple[float, ...] = ()
+
+
+def _numbered(pattern: str, count: int) -> tuple[str, ...]:
+    return tuple(pattern.format(index) for index in range(1, count + 1))
+
+
+_BAXTER = ("{0}_s0", "{0}_s1", "{0}_e0", "{0}_e1", "{0}_w0", "{0}_w1", "{0}_w2")
+_PR2 = (
+    "{0}_shoulder_pan_joint",
+    "{0}_shoulder_lift_joint",
+    "{0}_upper_arm_roll_joint",
+    "{0}_elbow_flex_joint",
+    "{0}_forearm_roll_joint",
+    "{0}_wrist_flex_joint",
+    "{0}_wrist_roll_joint",
+)
+
+
+def _side(names: tuple[str, ...], side: str) -> tuple[str, ...]:
+    return tuple(name.format(side) for name in names)
+
+
+PACKAGED_ROBOTS = {
+    "baxter-left": PackagedRobot(
+        "baxter_description/urdf/baxter.urdf", "left_gripper", _side(_BAXTER, "left")
+    ),
+    "baxter-right": PackagedRobot(
+        "baxter_description/urdf/baxter.urdf", "right_gripper", _side(_BAXTER, "right")
+    ),
+    "kinova": PackagedRobot("kinova_description/robots/kinova.urdf", "j2s6s200_end_effector"),
+    "panda": PackagedRobot(
+        "panda_description/urdf/panda.urdf",
+        "panda_hand_tcp",
+        lock=("panda_finger_joint1", "panda_finger_joint2"),
+    ),
+    "pr2-left": PackagedRobot("pr2_description/urdf/pr2.urdf", "l_gripper_tool_frame", _side(_PR2, "l")),
+    "pr2-right": PackagedRobot("pr2_description/urdf/pr2.urdf", "r_gripper_tool_frame", _side(_PR2, "r")),
+    "so100": PackagedRobot("so_arm_description/urdf/so100.urdf", "gripper", lock=("gripper",)),
+    "so101": PackagedRobot("so_arm_description/urdf/so101.urdf", "gripper_frame_link", lock=("gripper",)),
+    "talos-arm": PackagedRobot(
+        "talos_data/robots/talos_left_arm.urdf", "gripper_left_base_link", lock=("gripper_left_joint",)
+    ),
+    "talos-left-arm": PackagedRobot(
+        "talos_data/robots/talos_reduced.urdf", "gripper_left_base_link", _numbered("arm_left_{}_joint", 7)
+    ),
+    "talos-right-arm": PackagedRobot(
+        "talos_data/robots/talos_reduced.urdf", "gripper_right_base_link", _numbered("arm_right_{}_joint", 7)
+    ),
+    "tiago": PackagedRobot(
+        "tiago_description/robots/tiago_no_hand.urdf", "arm_tool_link", _numbered("arm_{}_joint", 7)
+    ),
+    "tiago-pro-left": PackagedRobot(
+        "tiago_pro_description/robots/tiago_pro.urdf", "arm_left_tool_link", _numbered("arm_left_{}_joint", 7)
+    ),
+    "tiago-pro-right": PackagedRobot(
+        "tiago_pro_description/robots/tiago_pro.urdf",
+        "arm_right_tool_link",
+        _numbered("arm_right_{}_joint", 7),
+    ),
+    "two-dof": PackagedRobot("asr_twodof_description/urdf/TwoDofs.urdf", "Tip"),
+    "ur10": PackagedRobot("ur_description/urdf/ur10_robot.urdf", "tool0"),
+    # The file's efforts are a copy of the UR10's (330 330 150 54 54 54 N m). These are Universal Robots' own: support
+    # article "Max. joint torques" (2020-06-09), for the UR3 of the CB series. The file's velocities, UR10's
+    # as well, are below the UR3's rated ones and stay.
+    "ur3": PackagedRobot(
+        "ur_description/urdf/ur3_robot.urdf", "tool0", torque=(56.0, 56.0, 28.0, 12.0, 12.0, 12.0)
+    ),
+    "ur5": PackagedRobot("ur_description/urdf/ur5_robot.urdf", "tool0"),
+    "xarm7": PackagedRobot("xarm_description/urdf/xarm7.urdf", "link_eef"),
+    "z1": PackagedRobot("z1_description/urdf/z1.urdf", "gripperStator", lock=("jointGripper",)),
+}
+
+
+def robot_names() -> list[str]:
+    """Return the names `load_robot` knows; needs neither Pinocchio nor the robot data."""
+    return sorted(PACKAGED_ROBOTS)
+
+
+def load_robot(name: str) -> Robot:
+    """Return a robot by name.
+
+    Raises
+    ------
+    UnknownNameError
+        There is no such name; the message lists those there are.
+    RobotError
+        The robot data is not installed.
+    """
+    if name not in PACKAGED_ROBOTS:
+        raise UnknownNameError(f"robot {name!r} is unknown, expected one of {', '.join(robot_names())}")
+    return _load(name, data_folder())
+
+
+@cache
+def _load(name: str, folder: Path) -> Robot:
+    from ocp_traj.robot.urdf import robot_from_urdf
+
+    entry = PACKAGED_ROBOTS[name]
+    robot = robot_from_urdf(
+        folder / entry.urdf, entry.lock, keep=entry.keep or None, tool=entry.tool, name=name
+    )
+    if entry.torque:
+        torque = np.array(entry.torque)
+        robot = replace(robot, torque_limits=np.array([-torque, torque]))
+        logger.debug("robot %s: rated torques %s replace those of its URDF", name, entry.torque)
+    return robot
+
+
+def data_folder() -> Path:
+    """Return the folder ``robots`` of `example-robot-data`.
+
+    Looked for in this order: the folder named by the environment variable ``OCP_TRAJ_ROBOT_DATA``, the installed
+    wheel's files, the share folders below the interpreter's prefix and conda's, and ROS's ament prefixes.
+
+    Raises
+    ------
+    RobotError
+        It is nowhere; the message says what to install.
+    """
+    candidates = list(_candidates())
+    for folder in candidates:
+        if folder.is_dir():
+            return folder
+    looked = ", ".join(str(folder) for folder in candidates)
+    raise RobotError(
+        f"the robot data is in none of {looked}; install it with `pip install example-robot-data` or from "
+        f"conda-forge, or set {DATA_VARIABLE} to its folder 'robots'"
+    )
+
+
+def _candidates() -> Iterator[Path]:
+    chosen = os.environ.get(DATA_VARIABLE)
+    if chosen:
+        yield Path(chosen)
+        return
+    below = Path("share") / "example-robot-data" / "robots"
+    try:
+        root = Path(str(metadata.distribution("example-robot-data").locate_file("cmeel.prefix")))
+        yield root / below
+    except metadata.PackageNotFoundError:
+        logger.debug("no distribution example-robot-data, looking in the share folders")
+    for entry in sys.path:
+        if entry:
+            yield Path(entry) / "cmeel.prefix" / below
+    yield Path(sys.prefix) / below
+    for variable in ("CONDA_PREFIX", "AMENT_PREFIX_PATH"):
+        for prefix in filter(None, os.environ.get(variable, "").split(os.pathsep)):
+            yield Path(prefix) / below
