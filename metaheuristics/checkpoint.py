@@ -1,0 +1,158 @@
+"""Runs on disk: everything needed to go on exactly where a run was, in one npz file without pickle."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from dataclasses import dataclass, fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from metaheuristics.optimizer import Optimizer, State
+from metaheuristics.problem import Problem
+from metaheuristics.recorder import Recorder
+
+T = TypeVar("T")
+FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """Where and how often a run is written down.
+
+    Parameters
+    ----------
+    path
+        The npz file. If it exists, the run goes on from it; otherwise it starts.
+    every
+        Generations between two writings.
+    """
+
+    path: Path
+    every: int = 20
+
+
+@dataclass(eq=False)
+class Snapshot:
+    """What a checkpoint holds: the state of the search, its book-keeping and the time already spent."""
+
+    state: State
+    recorder: Recorder
+    seconds: float
+
+
+def save(path: Path, snapshot: Snapshot, rng: np.random.Generator, digest: str) -> None:
+    """Write a run to a file, replacing the old one in a single step.
+
+    Parameters
+    ----------
+    path
+        The npz file.
+    snapshot
+        The run at the end of a generation.
+    rng
+        Its generator, whose state is stored.
+    digest
+        Of problem and settings, from `make_digest`.
+    """
+    arrays: dict[str, Any] = {f"recorder.{key}": value for key, value in snapshot.recorder.pack().items()}
+    scalars = _pack(snapshot.state, "state", arrays)
+    header = {
+        "format": FORMAT,
+        "digest": digest,
+        "seconds": snapshot.seconds,
+        "generator": _to_json(rng.bit_generator.state),
+        "scalars": scalars,
+    }
+    temporary = path.with_name(path.name + ".partial")
+    with temporary.open("wb") as stream:
+        np.savez(stream, header=np.frombuffer(json.dumps(header).encode(), dtype=np.uint8), **arrays)
+    os.replace(temporary, path)
+
+
+def load(path: Path, template: State, rng: np.random.Generator, digest: str) -> Snapshot:
+    """Read a run, and put its generator into the state it had.
+
+    Parameters
+    ----------
+    path
+        The npz file.
+    template
+        A fresh state of the same optimiser on the same problem; its structure guides the reading.
+    rng
+        Generator of the same kind; its state is overwritten.
+    digest
+        Of problem and settings, from `make_digest`.
+
+    Raises
+    ------
+    ValueError
+        If the file belongs to another problem, other settings or another kind of generator.
+    """
+    with np.load(path, allow_pickle=False) as stored:
+        arrays = {key: stored[key] for key in stored.files}
+    header = json.loads(arrays.pop("header").tobytes().decode())
+    if header["format"] != FORMAT or header["digest"] != digest:
+        raise ValueError(
+            f"The checkpoint {path} belongs to another problem, optimiser or constraint handling."
+        )
+    generator = header["generator"]
+    if generator["bit_generator"] != rng.bit_generator.state["bit_generator"]:
+        raise ValueError(
+            f"The checkpoint {path} was made with {generator['bit_generator']}, "
+            f"given is {rng.bit_generator.state['bit_generator']}."
+        )
+    rng.bit_generator.state = generator
+    recorder = {
+        key[len("recorder.") :]: value for key, value in arrays.items() if key.startswith("recorder.")
+    }
+    state = _unpack(template, "state", arrays, header["scalars"])
+    return Snapshot(state, Recorder.unpack(recorder), float(header["seconds"]))
+
+
+def make_digest(problem: Problem, optimizer: Optimizer[Any], ordering: object) -> str:
+    """Return a fingerprint of the problem's name and box, the optimiser's settings and the constraint rule."""
+    content = hashlib.sha256(f"{problem.name}|{optimizer!r}|{ordering!r}".encode())
+    content.update(problem.lower.tobytes())
+    content.update(problem.upper.tobytes())
+    return content.hexdigest()
+
+
+def _pack(value: Any, prefix: str, arrays: dict[str, Any]) -> dict[str, Any]:
+    """Return the scalars of a nested dataclass by dotted name, and add its arrays to `arrays`."""
+    scalars: dict[str, Any] = {}
+    for entry in fields(value):
+        item, name = getattr(value, entry.name), f"{prefix}.{entry.name}"
+        if is_dataclass(item):
+            scalars.update(_pack(item, name, arrays))
+        elif isinstance(item, np.ndarray):
+            arrays[name] = item
+        elif item is None or isinstance(item, (bool, int, float, str)):
+            scalars[name] = item
+        else:
+            raise TypeError(f"{name} is a {type(item).__name__}: this optimiser cannot be checkpointed.")
+    return scalars
+
+
+def _unpack(template: T, prefix: str, arrays: dict[str, Any], scalars: dict[str, Any]) -> T:
+    """Return the template with all its fields read back."""
+    changes: dict[str, Any] = {}
+    for entry in fields(template):  # type: ignore[arg-type]
+        name = f"{prefix}.{entry.name}"
+        if name in arrays:
+            changes[entry.name] = arrays[name]
+        elif name in scalars:
+            changes[entry.name] = scalars[name]
+        else:
+            changes[entry.name] = _unpack(getattr(template, entry.name), name, arrays, scalars)
+    return replace(template, **changes)  # type: ignore[type-var]
+
+
+def _to_json(value: Any) -> Any:
+    """Return a generator's state with its arrays as lists."""
+    if isinstance(value, dict):
+        return {key: _to_json(item) for key, item in value.items()}
+    return value.tolist() if isinstance(value, np.ndarray) else value

@@ -1,0 +1,75 @@
+"""What a problem says about a batch of candidates."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from metaheuristics.arrays import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluation:
+    """Costs and constraint violations of p candidates.
+
+    Parameters
+    ----------
+    cost
+        (p,) the value to minimise, in the problem's own unit.
+    violation
+        (p, m) how far each constraint row is broken, scaled by its limit, never negative, 0 where it is
+        kept. Left out: no constraints, (p, 0).
+
+    Raises
+    ------
+    ValueError
+        If the shapes do not fit each other, or a violation is negative.
+
+    Notes
+    -----
+    NaN and infinity are allowed here: they are what the problem answered. `scores` turns them into the
+    worst possible candidate.
+    """
+
+    cost: FloatArray
+    violation: FloatArray
+
+    def __init__(self, cost: npt.ArrayLike, violation: npt.ArrayLike | None = None) -> None:
+        costs = np.asarray(cost, dtype=np.float64)
+        if costs.ndim != 1:
+            raise ValueError(f"The cost has shape {costs.shape}, expected one number a candidate, (p,).")
+        p = costs.shape[0]
+        rows = np.empty((p, 0)) if violation is None else np.asarray(violation, dtype=np.float64)
+        if rows.ndim != 2 or rows.shape[0] != p:
+            raise ValueError(f"The violation has shape {rows.shape}, expected ({p}, m) for {p} candidates.")
+        if rows.shape[1] and (rows < 0.0).any():
+            raise ValueError(f"The smallest violation is {np.nanmin(rows)}, expected 0 or more (0 = kept).")
+        object.__setattr__(self, "cost", costs)
+        object.__setattr__(self, "violation", rows)
+
+    @property
+    def total_violation(self) -> FloatArray:
+        """(p,) sum over the constraint rows; 0 for a feasible candidate."""
+        if not self.violation.shape[1]:
+            return np.zeros(self.cost.shape[0])
+        total: FloatArray = self.violation.sum(axis=1)
+        return total
+
+    def scores(self) -> tuple[FloatArray, FloatArray]:
+        """Return cost and total violation with every broken candidate made the worst.
+
+        Returns
+        -------
+        cost, violation
+            (p,) each. A candidate whose cost or violation is NaN or infinite (of either sign: a cost of minus
+            infinity is a broken evaluation, not a triumph) gets infinity in both.
+        """
+        cost, violation = self.cost, self.total_violation
+        # One dot product tells whether anything is not finite; overflow only sends us down the careful way.
+        if math.isfinite(cost.dot(cost)) and math.isfinite(violation.dot(violation)):
+            return cost, violation
+        broken = ~(np.isfinite(cost) & np.isfinite(violation))
+        return np.where(broken, np.inf, cost), np.where(broken, np.inf, violation)

@@ -1,0 +1,119 @@
+"""The course of a run while it goes on: the best so far and its history."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from metaheuristics.arrays import FloatArray, freeze
+from metaheuristics.evaluation import Evaluation
+from metaheuristics.solution import History
+
+COLUMNS = ("evaluations", "cost", "violation", "seconds", "spread")
+
+
+@dataclass(eq=False)
+class Recorder:
+    """The mutable book-keeping of one run; owned by the loop, handed to nobody.
+
+    Parameters
+    ----------
+    x
+        (d,) the best candidate so far: least total violation, then least cost.
+    cost, violation, rows
+        Its cost, total violation and violation row by row (m,), as the problem gave them.
+    evaluations, stalled
+        Evaluations spent, generations since the best last improved.
+    entries, positions
+        One tuple of `COLUMNS` and one best x a generation.
+    """
+
+    x: FloatArray
+    cost: float = math.inf
+    violation: float = math.inf
+    rows: FloatArray = field(default_factory=lambda: np.empty(0))
+    evaluations: int = 0
+    stalled: int = 0
+    improved: bool = False
+    entries: list[tuple[float, ...]] = field(default_factory=list)
+    positions: list[FloatArray] = field(default_factory=list)
+
+    def update(self, X: FloatArray, evaluation: Evaluation) -> None:
+        """Count the candidates (p, d) and keep the best of them if it beats the best so far."""
+        cost, violation = evaluation.scores()
+        self.evaluations += X.shape[0]
+        if evaluation.violation.shape[1]:
+            i = int(np.where(violation == violation.min(), cost, np.inf).argmin())
+        else:
+            i = int(cost.argmin())
+        c, excess = float(cost[i]), float(violation[i])
+        if excess < self.violation or (excess == self.violation and c < self.cost):
+            self.x, self.cost, self.violation = freeze(X[i]), c, excess
+            self.rows = evaluation.violation[i].copy()
+            self.improved = True
+
+    def close_generation(self, seconds: float, spread: float) -> None:
+        """Add one entry to the history."""
+        self.stalled = 0 if self.improved else self.stalled + 1
+        self.improved = False
+        self.entries.append((self.evaluations, self.cost, self.violation, seconds, spread))
+        self.positions.append(self.x)
+
+    def make_history(self) -> History:
+        """Return the history so far, read-only."""
+        table = np.array(self.entries, dtype=np.float64).reshape(-1, len(COLUMNS))
+        columns = {name: freeze(table[:, i]) for i, name in enumerate(COLUMNS)}
+        evaluations = table[:, 0].astype(np.intp)
+        evaluations.flags.writeable = False
+        x = freeze(np.array(self.positions).reshape(-1, self.x.shape[0]))
+        return History(
+            evaluations, columns["cost"], columns["violation"], columns["seconds"], x, columns["spread"]
+        )
+
+    def pack(self) -> dict[str, Any]:
+        """Return everything as arrays, for a checkpoint."""
+        return {
+            "x": self.x,
+            "rows": self.rows,
+            "numbers": np.array([self.cost, self.violation]),
+            "counts": np.array([self.evaluations, self.stalled, int(self.improved)]),
+            "entries": np.array(self.entries, dtype=np.float64).reshape(-1, len(COLUMNS)),
+            "positions": np.array(self.positions, dtype=np.float64).reshape(-1, self.x.shape[0]),
+        }
+
+    @classmethod
+    def unpack(cls, data: dict[str, Any]) -> Recorder:
+        """Return the recorder that `pack` described."""
+        evaluations, stalled, improved = (int(count) for count in data["counts"])
+        return cls(
+            freeze(data["x"]),
+            float(data["numbers"][0]),
+            float(data["numbers"][1]),
+            rows=data["rows"],
+            evaluations=evaluations,
+            stalled=stalled,
+            improved=bool(improved),
+            entries=[tuple(row) for row in data["entries"].tolist()],
+            positions=[freeze(row) for row in data["positions"]],
+        )
+
+
+def measure_spread(positions: FloatArray, inverse_width: FloatArray) -> float:
+    """Return the standard deviation of a population relative to the box, mean over the coordinates.
+
+    Parameters
+    ----------
+    positions
+        (n, d) the population.
+    inverse_width
+        (d,) 1 / (upper - lower), 0 for a fixed variable.
+    """
+    n, d = positions.shape
+    weights = np.full(n, 1.0 / n)
+    centred = positions - weights @ positions
+    centred *= centred
+    relative = np.sqrt(weights @ centred) @ inverse_width
+    return float(relative) / d
