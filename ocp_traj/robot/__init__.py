@@ -1,4 +1,4 @@
-"""Robots: limits, kinematics and dynamics as named functions; importing this loads neither Pinocchio nor CasADi."""
+"""Robots: limits, kinematics, dynamics. Importing this loads neither Pinocchio nor CasADi."""
 
 from __future__ import annotations
 

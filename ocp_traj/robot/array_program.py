@@ -1,8 +1,8 @@
 """A CasADi function as straight-line NumPy: one ufunc call an instruction, over blocks of points.
 
-Without a C compiler this is the fastest way to evaluate a small function for a whole population: the function's
-instruction list is turned once into Python source of statements such as ``multiply(w3, w7, w3)``, whose operands
-are rows of one work array, so a block stays in the processor's cache and nothing is allocated.
+Without a C compiler this is the fastest way to evaluate a small function for a whole population: the
+function's instruction list is turned once into Python source of statements such as ``multiply(w3, w7, w3)``,
+whose operands are rows of one work array, so a block stays in the processor's cache and nothing is allocated.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ _UNARY = {
     ca.OP_TANH: "tanh", ca.OP_FLOOR: "floor", ca.OP_CEIL: "ceil",
 }  # fmt: skip
 _BINARY = {
-    ca.OP_ADD: "add", ca.OP_SUB: "subtract", ca.OP_MUL: "multiply", ca.OP_DIV: "divide", ca.OP_FMIN: "minimum",
-    ca.OP_FMAX: "maximum", ca.OP_ATAN2: "arctan2", ca.OP_POW: "power", ca.OP_CONSTPOW: "power",
+    ca.OP_ADD: "add", ca.OP_SUB: "subtract", ca.OP_MUL: "multiply", ca.OP_DIV: "divide", ca.OP_FMIN:
+    "minimum", ca.OP_FMAX: "maximum", ca.OP_ATAN2: "arctan2", ca.OP_POW: "power", ca.OP_CONSTPOW: "power",
     ca.OP_HYPOT: "hypot", ca.OP_LT: "less", ca.OP_LE: "less_equal", ca.OP_EQ: "equal", ca.OP_NE: "not_equal",
 }  # fmt: skip
 
@@ -123,4 +123,6 @@ def _statement(
             f"function {name!r} holds CasADi operation number {operation}, which is not supported"
         )
     used.add(ufunc)
+    if ufunc in ("minimum", "maximum"):  # these two take their output by keyword only
+        return f"{ufunc}({operands[0]}, {operands[1]}, out=w{target})"
     return f"{ufunc}({', '.join(operands[: 1 if operation in _UNARY else 2])}, w{target})"

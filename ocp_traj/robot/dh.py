@@ -52,9 +52,10 @@ def robot_from_dh(
 ) -> Robot:
     """Return the robot of a table of Denavit-Hartenberg parameters, one row a joint.
 
-    Standard: T_i = Rot(z, theta) Trans(z, d) Trans(x, a) Rot(x, alpha), the joint comes first. Modified (Craig,
-    *Introduction to Robotics*, Eq. 3.6): T_i = Rot(x, alpha) Trans(x, a) Rot(z, theta) Trans(z, d), where row i
-    holds a_{i-1} and alpha_{i-1}. The joint's value is added to theta (revolute) or d (prismatic).
+    Standard: T_i = Rot(z, theta) Trans(z, d) Trans(x, a) Rot(x, alpha), the joint comes first. Modified
+    (Craig, *Introduction to Robotics*, Eq. 3.6): T_i = Rot(x, alpha) Trans(x, a) Rot(z, theta) Trans(z, d),
+    where row i holds a_{i-1} and alpha_{i-1}. The joint's value is added to theta (revolute) or d
+    (prismatic).
 
     Parameters
     ----------

@@ -1,10 +1,10 @@
 """Inverse dynamics as a CasADi function: recursive Newton-Euler over the numbers of a pin.Model.
 
 Source: Luh, Walker, Paul, "On-line computational scheme for mechanical manipulators", J. Dyn. Sys. Meas.
-Control 102 (1980) 69-76. The body equations are written with the matrix S = [wd]x + [w]x[w]x, which carries the
-acceleration of every point of a body (a + S r), so the force is m a + S (m c) and the moment is the
-axial vector of S E minus its transpose, where E is the body's second moment; this takes fewer operations than the
-usual form with w x (I w).
+Control 102 (1980) 69-76. The body equations are written with the matrix S = [wd]x + [w]x[w]x, which carries
+the acceleration of every point of a body (a + S r), so the force is m a + S (m c) and the moment is the
+axial vector of S E minus its transpose, where E is the body's second moment; this takes fewer operations than
+the usual form with w x (I w).
 """
 
 from __future__ import annotations

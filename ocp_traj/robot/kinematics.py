@@ -26,7 +26,7 @@ def _joint_transform(link: Link, q: Any) -> Any:
 
 
 def _pose(links: tuple[Link, ...], link: int, placement: Array, base: Array, q: Any) -> Any:
-    """Return the transform (4, 4) from the base frame to a frame fixed to link number `link` (-1: the root)."""
+    """Return the transform (4, 4) from the base to a frame fixed to link number `link` (-1: the root)."""
     pose: Any = ca.DM(placement)
     if link >= 0:
         alignment = np.eye(4)

@@ -121,8 +121,8 @@ class PlainModel:
 def plain_model(original: Any, locked: Sequence[int] = ()) -> PlainModel:
     """Rebuild a model so that nq = nv = n and the joints numbered in `locked` stand still.
 
-    Continuous joints, which Pinocchio keeps as (cos q, sin q), become plain revolute ones without a range. Locked
-    joints stand at zero, or at the middle of their range where that excludes zero.
+    Continuous joints, which Pinocchio keeps as (cos q, sin q), become plain revolute ones without a range.
+    Locked joints stand at zero, or at the middle of their range where that excludes zero.
 
     Raises
     ------
@@ -175,7 +175,7 @@ def _resting_configuration(model: Any) -> Array:
 
 
 def completed_model(bare: Any, payload: Payload | None, tool: str, base: str, gravity: Array) -> Any:
-    """Return a copy of the bare model with the payload at the tool frame and gravity as given in the base frame."""
+    """Return a copy of the bare model with payload at the tool and gravity as given in the base frame."""
     model = bare.copy()
     model.gravity = pin.Motion(root_placement(bare, base)[:3, :3] @ gravity, np.zeros(3))
     if payload is not None and payload.mass > 0.0:

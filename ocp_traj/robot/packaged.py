@@ -105,9 +105,9 @@ PACKAGED_ROBOTS = {
     ),
     "two-dof": PackagedRobot("asr_twodof_description/urdf/TwoDofs.urdf", "Tip"),
     "ur10": PackagedRobot("ur_description/urdf/ur10_robot.urdf", "tool0"),
-    # The file's efforts are a copy of the UR10's (330 330 150 54 54 54 N m). These are Universal Robots' own: support
-    # article "Max. joint torques" (2020-06-09), for the UR3 of the CB series. The file's velocities, UR10's
-    # as well, are below the UR3's rated ones and stay.
+    # The file's efforts are a copy of the UR10's (330 330 150 54 54 54 N m). These are Universal Robots' own:
+    # support article "Max. joint torques" (2020-06-09), for the UR3 of the CB series. The file's velocities,
+    # UR10's as well, are below the UR3's rated ones and stay.
     "ur3": PackagedRobot(
         "ur_description/urdf/ur3_robot.urdf", "tool0", torque=(56.0, 56.0, 28.0, 12.0, 12.0, 12.0)
     ),
@@ -155,8 +155,9 @@ def _load(name: str, folder: Path) -> Robot:
 def data_folder() -> Path:
     """Return the folder ``robots`` of `example-robot-data`.
 
-    Looked for in this order: the folder named by the environment variable ``OCP_TRAJ_ROBOT_DATA``, the installed
-    wheel's files, the share folders below the interpreter's prefix and conda's, and ROS's ament prefixes.
+    Looked for in this order: the folder named by the environment variable ``OCP_TRAJ_ROBOT_DATA``, the
+    installed wheel's files, the share folders below the interpreter's prefix and conda's, and ROS's ament
+    prefixes.
 
     Raises
     ------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import logging
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -18,15 +19,18 @@ if TYPE_CHECKING:
     import casadi as ca
 
     from ocp_traj.robot.array_program import ArrayProgram
+    from ocp_traj.robot.compiled import CompiledProgram
     from ocp_traj.robot.links import Link
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False)
 class Robot:
     """A fixed-base robot with n one-degree-of-freedom joints, as it stands in its cell.
 
-    Made by `load_robot`, `robot_from_urdf` and `robot_from_dh`, changed by `with_changes`. Two robots are equal
-    when their digests are.
+    Made by `load_robot`, `robot_from_urdf` and `robot_from_dh`, changed by `with_changes`. Two robots are
+    equal when their digests are.
 
     Attributes
     ----------
@@ -138,7 +142,7 @@ class Robot:
             )
 
     def digest(self) -> str:
-        """Return a hash of all that decides a motion: joints, links, limits, frames, gravity, payload, friction.
+        """Return a hash of all that decides a motion: model, limits, frames, gravity, payload, friction.
 
         Numbers enter with 12 significant digits, so the rounding of another platform does not change it.
         """
@@ -250,12 +254,15 @@ class Robot:
         self._require_inertia()
         rows = self._rows(q, v, a)
         torques = np.empty_like(rows[0])
-        for index, (position, velocity, acceleration) in enumerate(zip(*rows)):
+        for index, (position, velocity, acceleration) in enumerate(zip(*rows, strict=True)):
             torques[index] = pin.rnea(self.model, self._data, position, velocity, acceleration)
         return torques + self.friction.viscous * rows[1] + self.friction.coulomb * np.sign(rows[1])
 
     def torque_batch(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> Array:
-        """Return the torques (N, n) of many states at once: the operations of `inverse_dynamics` over arrays.
+        """Return the torques (N, n) of many states at once, in N m; fast.
+
+        `inverse_dynamics` as machine code where there is a C compiler, else its operations over NumPy arrays.
+        Both equal the interpreter to the last bit where NumPy's sine and cosine do.
 
         Raises
         ------
@@ -266,10 +273,17 @@ class Robot:
         return self._program(q, v, a)[0]
 
     @cached_property
-    def _program(self) -> ArrayProgram:
+    def _program(self) -> ArrayProgram | CompiledProgram:
         from ocp_traj.robot.array_program import ArrayProgram
+        from ocp_traj.robot.compiled import CompiledProgram, find_compiler
 
-        return ArrayProgram(self.inverse_dynamics)
+        if find_compiler() is None:
+            return ArrayProgram(self.inverse_dynamics)
+        try:
+            return CompiledProgram(self.inverse_dynamics)
+        except UnavailableError as error:
+            logger.warning("inverse dynamics of %s run in NumPy, not compiled: %s", self.name, error)
+            return ArrayProgram(self.inverse_dynamics)
 
     def _rows(self, *arrays: ArrayLike) -> tuple[Array, ...]:
         rows = tuple(np.atleast_2d(np.asarray(array, dtype=np.float64)) for array in arrays)

@@ -55,7 +55,8 @@ def robot_from_urdf(
     path : path
         The URDF; meshes are looked for only when a picture is drawn.
     lock : sequence of str
-        Joints to be locked at zero (at the middle of the range where that excludes zero), for instance fingers.
+        Joints to be locked at zero (at the middle of the range where that excludes zero), for instance
+        fingers.
     keep : sequence of str, optional
         The joints of the robot; all others are locked.
     tool, base : str, optional
@@ -69,8 +70,8 @@ def robot_from_urdf(
     Raises
     ------
     RobotError
-        The file cannot be used: missing, invalid, an unknown joint or frame, a joint of more than one degree of
-        freedom that is not locked.
+        The file cannot be used: missing, invalid, an unknown joint or frame, a joint of more than one degree
+        of freedom that is not locked.
     """
     from ocp_traj.robot.model import locked_joints, plain_model
 

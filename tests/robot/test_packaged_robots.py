@@ -36,7 +36,7 @@ def test_the_promised_names_are_there() -> None:
 def test_inverse_dynamics_equals_pinocchio_rnea(robot: Robot) -> None:
     q, v, a = random_states(robot.n)
     data = robot.model.createData()
-    expected = np.array([pin.rnea(robot.model, data, *state) for state in zip(q, v, a)])
+    expected = np.array([pin.rnea(robot.model, data, *state) for state in zip(q, v, a, strict=True)])
     found = np.array(robot.inverse_dynamics(q.T, v.T, a.T)).T
     assert np.max(np.abs(found - expected) / np.maximum(1.0, np.abs(expected))) < 1e-10
 
@@ -47,10 +47,10 @@ def test_inverse_dynamics_jacobians_equal_pinocchio_derivatives(robot: Robot) ->
     tau = robot.inverse_dynamics(*symbols)
     jacobians = ca.Function("J", symbols, [ca.jacobian(tau, symbol) for symbol in symbols])
     data = robot.model.createData()
-    for state in zip(q, v, a):
+    for state in zip(q, v, a, strict=True):
         by_q, by_v, by_a = pin.computeRNEADerivatives(robot.model, data, *state)
         by_a = np.triu(by_a) + np.triu(by_a, 1).T  # only the upper triangle is promised
-        for found, expected in zip(jacobians(*state), (by_q, by_v, by_a)):
+        for found, expected in zip(jacobians(*state), (by_q, by_v, by_a), strict=True):
             error = np.abs(np.array(found) - expected) / np.maximum(1.0, np.abs(expected))
             assert np.max(error) < 1e-10
 
@@ -76,7 +76,7 @@ def test_frame_velocity_equals_pinocchio(robot: Robot) -> None:
     velocity = robot.frame_velocity()
     data = robot.model.createData()
     joint, placement = robot._frame(None)
-    for position, rate in zip(q[:20], v[:20]):
+    for position, rate in zip(q[:20], v[:20], strict=True):
         pin.forwardKinematics(robot.model, data, position, rate)
         carrier = data.oMi[joint].act(data.v[joint])
         point = (data.oMi[joint].homogeneous @ placement)[:3, 3]
@@ -131,13 +131,13 @@ def test_digests_differ_between_robots() -> None:
 
 
 def test_an_unknown_name_lists_the_known_ones() -> None:
-    with pytest.raises(UnknownNameError, match="robot 'ur6' is unknown.*ur5"):
+    with pytest.raises(UnknownNameError, match=r"robot 'ur6' is unknown.*ur5"):
         load_robot("ur6")
 
 
 def test_missing_robot_data_says_where_it_looked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("OCP_TRAJ_ROBOT_DATA", "nowhere/at/all")
-    with pytest.raises(RobotError, match="nowhere/at/all.*pip install example-robot-data"):
+    with pytest.raises(RobotError, match=r"nowhere/at/all.*pip install example-robot-data"):
         load_robot("ur5")
 
 

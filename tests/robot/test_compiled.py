@@ -1,0 +1,192 @@
+"""Functions compiled from C and functions run in NumPy give what the interpreter gives."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from ocp_traj.exceptions import InputError, UnavailableError
+from ocp_traj.robot import load_robot
+from ocp_traj.robot.array_program import ArrayProgram
+from ocp_traj.robot.compiled import CompiledProgram, cache_folder, compile_function, find_compiler
+
+needs_compiler = pytest.mark.skipif(find_compiler() is None, reason="no C compiler on this machine")
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("OCP_TRAJ_CACHE", str(tmp_path))
+    return tmp_path / "compiled"
+
+
+def small_function() -> ca.Function:
+    x, y = ca.SX.sym("x", 2), ca.SX.sym("y", 2)
+    out = ca.vertcat(ca.sin(x[0]) * y[1] + 3.0, ca.sqrt(ca.fabs(x[1])) / (1 + y[0] ** 2), 7.0)
+    return ca.Function("small", [x, y], [out, x - y], ["x", "y"], ["f", "difference"])
+
+
+def points(count: int) -> tuple[np.ndarray, np.ndarray]:
+    x, y = np.random.default_rng(0).standard_normal((2, count, 2))
+    return x, y
+
+
+@needs_compiler
+def test_a_compiled_function_equals_the_interpreter() -> None:
+    function = load_robot("ur5").inverse_dynamics
+    compiled = compile_function(function)
+    assert compiled.class_name() == "External"
+    assert compiled.name_in() == function.name_in()
+    for state in np.random.default_rng(1).standard_normal((50, 3, 6)):
+        np.testing.assert_array_equal(np.array(compiled(*state)), np.array(function(*state)))
+
+
+@needs_compiler
+def test_compiled_derivatives_reach_second_order() -> None:
+    function = small_function()
+    compiled = compile_function(function, derivatives=2)
+    x, y = ca.MX.sym("x", 2), ca.MX.sym("y", 2)
+    hessians = [
+        ca.Function("H", [x, y], [ca.hessian(ca.sumsqr(f(x, y)[0]), x)[0]]) for f in (function, compiled)
+    ]
+    for row in np.random.default_rng(2).uniform(0.5, 1.0, (5, 2, 2)):
+        np.testing.assert_allclose(
+            np.array(hessians[1](*row)), np.array(hessians[0](*row)), rtol=1e-12, atol=1e-14
+        )
+
+
+@needs_compiler
+def test_the_cache_is_private_and_used_again(own_cache: Path) -> None:
+    compile_function(small_function())
+    assert own_cache.stat().st_mode & 0o777 == 0o700
+    libraries = {path: path.stat().st_mtime_ns for path in own_cache.glob("*.so")}
+    assert len(libraries) == 1
+    compile_function(small_function())
+    assert {path: path.stat().st_mtime_ns for path in own_cache.glob("*.so")} == libraries
+
+
+@needs_compiler
+def test_a_tampered_library_is_compiled_anew_and_never_loaded(own_cache: Path) -> None:
+    compile_function(small_function())
+    (record,) = own_cache.glob("*.json")
+    library = own_cache / json.loads(record.read_text())["library"]
+    library.unlink()  # a library in use must not be overwritten in place
+    library.write_bytes(b"not a library")
+    again = compile_function(small_function())
+    assert again.class_name() == "External"
+    assert library.read_bytes() != b"not a library"
+
+
+@needs_compiler
+def test_an_unreadable_record_is_replaced(own_cache: Path) -> None:
+    compile_function(small_function())
+    (record,) = own_cache.glob("*.json")
+    record.write_text("{")
+    compile_function(small_function())
+    assert "sha256" in json.loads(record.read_text())
+
+
+def test_an_open_cache_folder_is_refused(own_cache: Path) -> None:
+    own_cache.mkdir(parents=True)
+    os.chmod(own_cache, 0o755)
+    with pytest.raises(UnavailableError, match="mode 755, expected 700"):
+        cache_folder()
+    assert compile_function(small_function()).class_name() == "SXFunction"
+
+
+def test_a_cache_folder_that_cannot_be_made_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("OCP_TRAJ_CACHE", str(tmp_path / "file"))
+    with pytest.raises(UnavailableError, match="cannot be used"):
+        cache_folder()
+
+
+def test_without_a_compiler_the_interpreter_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OCP_TRAJ_NO_COMPILER", "1")
+    function = small_function()
+    assert compile_function(function) is function
+    with pytest.raises(UnavailableError, match="no C compiler"):
+        CompiledProgram(function)
+
+
+@needs_compiler
+def test_a_failing_compiler_falls_back_to_the_interpreter(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    broken = tmp_path / "broken-cc"
+    broken.write_text('#!/bin/sh\n[ "$1" = --version ] && echo broken 1.0 && exit 0\necho no >&2\nexit 3\n')
+    broken.chmod(0o755)
+    monkeypatch.setenv("CC", str(broken))
+    function = small_function()
+    assert compile_function(function) is function
+    assert "failed with status 3" in caplog.text
+
+
+def test_an_unknown_derivative_order_is_refused() -> None:
+    with pytest.raises(InputError, match="derivatives is 3, expected 0, 1 or 2"):
+        compile_function(small_function(), derivatives=3)
+
+
+@pytest.mark.parametrize("kind", ["numpy", pytest.param("compiled", marks=needs_compiler)])
+@pytest.mark.parametrize("count", [0, 1, 7, 4097])
+def test_batch_programs_equal_the_interpreter_bit_by_bit(kind: str, count: int) -> None:
+    function = small_function()
+    program = ArrayProgram(function) if kind == "numpy" else CompiledProgram(function)
+    x, y = points(count)
+    found = program(x, y)
+    for index, shape in enumerate([(count, 3), (count, 2)]):
+        assert found[index].shape == shape
+        if count:
+            np.testing.assert_array_equal(found[index], np.array(function(x.T, y.T)[index]).T)
+
+
+@pytest.mark.parametrize("kind", ["numpy", pytest.param("compiled", marks=needs_compiler)])
+def test_batch_programs_refuse_wrong_shapes(kind: str) -> None:
+    program = ArrayProgram(small_function()) if kind == "numpy" else CompiledProgram(small_function())
+    with pytest.raises(InputError, match=r"expected \(N, 2\), \(N, 2\)"):
+        program(np.zeros((3, 2)), np.zeros((2, 2)))
+
+
+def test_array_program_refuses_an_operation_numpy_has_not() -> None:
+    x = ca.SX.sym("x")
+    with pytest.raises(InputError, match="not supported"):
+        ArrayProgram(ca.Function("f", [x], [ca.erf(x)]))
+
+
+def test_array_program_refuses_matrices() -> None:
+    x = ca.SX.sym("x", 2, 2)
+    with pytest.raises(InputError, match="matrix input"):
+        ArrayProgram(ca.Function("f", [x], [ca.sum1(x).T]))
+
+
+@pytest.mark.parametrize("operation", ["tan", "exp", "tanh", "floor", "ceil", "acos", "asin", "atan", "sign"])
+def test_array_program_knows_unary_operations(operation: str) -> None:
+    x = ca.SX.sym("x")
+    function = ca.Function("f", [x], [getattr(ca, operation)(x)])
+    values = np.linspace(-0.9, 0.9, 11)[:, None]
+    np.testing.assert_allclose(ArrayProgram(function)(values)[0], np.array(function(values.T)).T, rtol=1e-15)
+
+
+@pytest.mark.parametrize("operation", ["fmin", "fmax", "atan2", "hypot", "power", "lt", "le", "eq", "ne"])
+def test_array_program_knows_binary_operations(operation: str) -> None:
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    function = ca.Function("f", [x, y], [getattr(ca, operation)(x, y)])
+    values = np.random.default_rng(3).integers(1, 4, (2, 20, 1)).astype(float)
+    expected = np.array(function(values[0].T, values[1].T)).T
+    np.testing.assert_allclose(ArrayProgram(function)(*values)[0], expected, rtol=1e-15)
+
+
+def test_a_robot_gives_the_same_torque_with_and_without_a_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    q, v, a = np.random.default_rng(4).standard_normal((3, 100, 6))
+    from dataclasses import replace
+
+    first = replace(load_robot("ur5")).torque_batch(q, v, a)
+    monkeypatch.setenv("OCP_TRAJ_NO_COMPILER", "1")
+    second = replace(load_robot("ur5")).torque_batch(q, v, a)
+    np.testing.assert_array_equal(first, second)
