@@ -1,0 +1,8 @@
+"""The judge: every answer, ours or published, passes through `audit`."""
+
+from __future__ import annotations
+
+from ocp_traj.audit.judge import audit
+from ocp_traj.audit.verdict import Extremum, Verdict
+
+__all__ = ["Extremum", "Verdict", "audit"]

@@ -1,0 +1,90 @@
+"""Waypoints, boundary conditions and durations: what must be met rather than not exceeded."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocp_traj.arrays import Array
+from ocp_traj.audit.motion import ORDERS, Motion
+from ocp_traj.audit.verdict import BOUNDARY_TOLERANCE, DURATION_TOLERANCE, WAYPOINT_TOLERANCE
+from ocp_traj.task import TrajectoryTask
+
+
+def waypoint_miss(task: TrajectoryTask, motion: Motion) -> tuple[float, list[str]]:
+    """Return the largest distance of a joint from a waypoint's box (rad or m), and a sentence each waypoint missed.
+
+    At a breakpoint both pieces are asked.
+    """
+    first, last = motion.ends(0)
+    times = motion.trajectory.waypoint_times
+    after = np.concatenate([first, last[-1:]])
+    before = np.concatenate([first[:1], last])
+    index = np.abs(motion.trajectory.breakpoints[:, None] - times).argmin(axis=0)
+    distance = np.maximum(np.abs(after[index] - task.waypoints), np.abs(before[index] - task.waypoints))
+    miss = np.maximum(distance - task.tolerance, 0.0)
+    findings = []
+    for waypoint in np.flatnonzero((miss > WAYPOINT_TOLERANCE).any(axis=1)):
+        joint = int(np.argmax(miss[waypoint]))
+        findings.append(
+            f"waypoint {waypoint + 1}: joint {joint + 1} misses it by {miss[waypoint, joint]:.6g} rad (m) "
+            f"at {times[waypoint]:.6g} s, allowed {WAYPOINT_TOLERANCE:g}"
+        )
+    return float(miss.max()), findings
+
+
+def boundary_miss(task: TrajectoryTask, motion: Motion) -> tuple[float, list[str]]:
+    """Return the largest miss of a boundary condition relative to its limit, and a sentence each one missed.
+
+    Without a limit (or with a limit of 0) the motion's largest value of that derivative is the measure. What
+    rounding the positions to doubles can make is taken off the miss.
+    """
+    largest, findings = 0.0, []
+    for order in (1, 2, 3):
+        wanted: Array | None = getattr(task.boundary, ORDERS[order])
+        if wanted is None:
+            continue
+        first, last = motion.ends(order)
+        noise = motion.noise(order)
+        limits = task.limits.get(ORDERS[order])
+        for row, (name, given, piece) in enumerate((("start", first[0], 0), ("end", last[-1], -1))):
+            limit = np.abs(limits[piece]).min(axis=0)
+            measure = np.where(np.isfinite(limit) & (limit > 0), limit, motion.largest[order].max())
+            miss = np.maximum(np.abs(given - wanted[row]) - noise[piece], 0.0)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                relative = np.where(miss == 0, 0.0, miss / measure)
+            joint = int(np.argmax(relative))
+            largest = max(largest, float(relative[joint]))
+            if not relative[joint] <= BOUNDARY_TOLERANCE:
+                findings.append(
+                    f"boundary {ORDERS[order]} at the {name}: joint {joint + 1} has {given[joint]:.9g}, "
+                    f"expected {wanted[row][joint]:.9g}"
+                )
+    return largest, findings
+
+
+def duration_findings(task: TrajectoryTask, motion: Motion) -> list[str]:
+    """Return a sentence for each duration outside its bounds."""
+    findings = []
+    lower, upper = task.objective.duration
+    duration = motion.trajectory.duration
+    if not _within(duration, lower, upper):
+        findings.append(f"duration: {duration:.9g} s in total, expected between {lower:.9g} and {upper:.9g} s")
+    for gap, (length, bounds) in enumerate(
+        zip(motion.trajectory.segment_durations, task.objective.gap_durations, strict=True)
+    ):
+        if not _within(length, *bounds):
+            findings.append(
+                f"duration of gap {gap + 1}: {length:.9g} s, expected between {bounds[0]:.9g} and {bounds[1]:.9g} s"
+            )
+    return findings
+
+
+def _within(value: float, lower: float, upper: float) -> bool:
+    return bool(lower * (1 - DURATION_TOLERANCE) <= value <= upper * (1 + DURATION_TOLERANCE))
+
+
+def scale_bounds(task: TrajectoryTask, motion: Motion) -> tuple[float, float]:
+    """Return the smallest and largest uniform slowing that the bounds on durations allow."""
+    lengths = np.concatenate([[motion.trajectory.duration], motion.trajectory.segment_durations])
+    bounds = np.concatenate([[task.objective.duration], np.asarray(task.objective.gap_durations)])
+    return float((bounds[:, 0] / lengths).max()), float((bounds[:, 1] / lengths).min())

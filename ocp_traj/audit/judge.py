@@ -1,0 +1,98 @@
+"""The judge: one motion against one task, at every time, by its own means.
+
+It uses only the task, the exact piecewise polynomial and Pinocchio's inverse dynamics (`Robot.torque`), nothing of
+what the solvers are given.
+"""
+
+from __future__ import annotations
+
+from ocp_traj.audit.conditions import boundary_miss, duration_findings, scale_bounds, waypoint_miss
+from ocp_traj.audit.kinematics import jumps, kinematic_peaks
+from ocp_traj.audit.motion import Motion
+from ocp_traj.audit.scale import smallest_scale
+from ocp_traj.audit.torque import TorqueCurve, relative_bound, torque_curve, torque_peaks, torque_rate_peaks
+from ocp_traj.audit.verdict import Extremum, Verdict
+from ocp_traj.exceptions import InputError
+from ocp_traj.task import TrajectoryTask
+from ocp_traj.trajectory import Trajectory
+
+_UNRESOLVED = 1e-7
+
+
+def audit(task: TrajectoryTask, trajectory: Trajectory) -> Verdict:
+    """Judge a motion, ours or published, against a task's limits, waypoints, ends and durations.
+
+    Parameters
+    ----------
+    task : TrajectoryTask
+        What was asked for.
+    trajectory : Trajectory
+        The exact motion; its family need not be the task's.
+
+    Returns
+    -------
+    Verdict
+
+    Raises
+    ------
+    InputError
+        The motion has another number of joints or waypoints than the task.
+    """
+    if trajectory.n != task.n:
+        raise InputError(f"the trajectory has {trajectory.n} joints, expected {task.n}")
+    if len(trajectory.waypoint_times) != len(task.waypoints):
+        raise InputError(
+            f"the trajectory passes {len(trajectory.waypoint_times)} waypoints, expected {len(task.waypoints)}"
+        )
+    motion = Motion.of(trajectory)
+    peaks = kinematic_peaks(task, motion) + jumps(task, motion)
+    torques = None
+    findings: list[str] = []
+    if task.limited("torque") or task.limited("torque_rate"):
+        torques = torque_curve(task, motion)
+        if task.limited("torque"):
+            peaks += torque_peaks(task, torques)
+        if task.limited("torque_rate"):
+            peaks += torque_rate_peaks(task, torques)
+        findings += _unresolved(task, torques)
+    waypoint_error, waypoint_findings = waypoint_miss(task, motion)
+    boundary_error, boundary_findings = boundary_miss(task, motion)
+    findings += waypoint_findings + boundary_findings
+    late = duration_findings(task, motion)
+    broken = [peak for peak in peaks if peak.broken]
+    limits = _largest(peaks)
+    feasible = not (broken or findings or late)
+    return Verdict(
+        feasible=feasible,
+        duration=trajectory.duration,
+        worst=max(limits.values(), key=_by_ratio, default=None),
+        limits=limits,
+        waypoint_error=waypoint_error,
+        boundary_error=boundary_error,
+        smallest_feasible_scale=None
+        if findings
+        else smallest_scale(task, peaks, torques, scale_bounds(task, motion), feasible),
+        findings=tuple([str(peak) for peak in broken] + findings + late),
+        torque_bound=0.0 if torques is None else relative_bound(task, torques),
+        case=task.name,
+    )
+
+
+def _by_ratio(extremum: Extremum) -> float:
+    return extremum.ratio
+
+
+def _largest(peaks: list[Extremum]) -> dict[str, Extremum]:
+    """Return the largest ratio of every limit, by name."""
+    limits: dict[str, Extremum] = {}
+    for peak in peaks:
+        if peak.key not in limits or peak.ratio > limits[peak.key].ratio:
+            limits[peak.key] = peak
+    return limits
+
+
+def _unresolved(task: TrajectoryTask, torques: TorqueCurve) -> list[str]:
+    bound = relative_bound(task, torques)
+    if torques.curve.resolved or bound <= _UNRESOLVED:
+        return []
+    return [f"torque: could only be bounded to {bound:.3g} of the limit, expected {_UNRESOLVED:g}"]

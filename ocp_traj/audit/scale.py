@@ -1,0 +1,154 @@
+"""The smallest uniform slowing that makes a motion feasible."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocp_traj.arrays import Array
+from ocp_traj.audit import chebyshev
+from ocp_traj.audit.polynomials import evaluate, roots_in_unit_interval
+from ocp_traj.audit.torque import TorqueCurve
+from ocp_traj.audit.verdict import Extremum
+from ocp_traj.task import TrajectoryTask
+
+_POWER = {"velocity": 1, "cartesian_speed": 1, "acceleration": 2, "jerk": 3}
+_MAX_EXCHANGES = 30
+_TOLERANCE = 1e-10
+
+
+def smallest_scale(
+    task: TrajectoryTask,
+    peaks: list[Extremum],
+    torques: TorqueCurve | None,
+    bounds: tuple[float, float],
+    feasible: bool,
+) -> float | None:
+    """Return the smallest s for which the motion run s times slower keeps every limit, or None.
+
+    Velocity, acceleration and jerk fall with s, s^2 and s^3, so their part is closed form. Torques are
+    gravity + viscous / s + inertial / s^2 + Coulomb friction: at given times the forbidden s are intervals
+    between roots of polynomials; times are added where the torque is largest until none is above its limit
+    (an exchange method: each round solves for a growing set of times and looks for the worst time left).
+    Limits are met without the judge's 1e-6.
+
+    Parameters
+    ----------
+    peaks : list of Extremum
+        The largest ratios at s = 1.
+    torques : TorqueCurve or None
+        None when neither torque nor torque rate is limited.
+    bounds : (float, float)
+        What the bounds on durations allow.
+    feasible : bool
+        The verdict at s = 1: the answer for motions that do not start and end at rest.
+    """
+    if not task.boundary.is_rest:
+        return 1.0 if feasible else None
+    if any(not np.isfinite(peak.ratio) or (peak.limit == "position" and peak.broken) for peak in peaks):
+        return None
+    needed = [peak.ratio ** (1.0 / _POWER[peak.limit]) for peak in peaks if peak.limit in _POWER]
+    smallest = max([bounds[0], *needed])
+    if torques is not None:
+        return _with_torques(task, torques, smallest, bounds[1])
+    return smallest if smallest <= bounds[1] else None
+
+
+def _with_torques(task: TrajectoryTask, torques: TorqueCurve, smallest: float, largest: float) -> float | None:
+    """Return the smallest slowing in [smallest, largest] that keeps torques and torque rates, too."""
+    curves = [_Curve(task, torques, name) for name in ("torque", "torque_rate") if task.limited(name)]
+    with np.errstate(divide="ignore"):
+        fastest, slowest = float(1.0 / np.float64(smallest)), float(1.0 / np.float64(largest))
+    polynomials = [curve.violations(*curve.grid) for curve in curves]
+    if np.isinf(fastest):
+        fastest = min(_always_violated_beyond(block) for block in polynomials)
+        if np.isinf(fastest):
+            return smallest
+    x: float | None = fastest
+    for _ in range(_MAX_EXCHANGES):
+        x = _largest_allowed(polynomials, fastest, slowest)
+        if x is None:
+            return None
+        worst = [curve.violated(x) for curve in curves]
+        if not any(row.size for row, _ in worst):
+            return 1.0 / x
+        polynomials += [
+            curve.violations(row, theta) for curve, (row, theta) in zip(curves, worst, strict=True) if row.size
+        ]
+    return None if x is None else 1.0 / x
+
+
+class _Curve:
+    """Torques or torque rates as polynomials in x = 1/s at every time, with their limits.
+
+    Attributes
+    ----------
+    parts : (d + 1, S n, .) array
+        Chebyshev coefficients of each power of x; row r belongs to joint r mod n.
+    limits : (S n, 2) array
+    """
+
+    def __init__(self, task: TrajectoryTask, torques: TorqueCurve, name: str) -> None:
+        gravity, viscous, inertial = (part.copy() for part in np.split(torques.curve.coefficients, 3, axis=1))
+        gravity[:, :, 0] += torques.coulomb
+        parts = np.stack([gravity, viscous, inertial])
+        if name == "torque_rate":
+            rates = chebyshev.differentiate(parts) * (2.0 / torques.seconds)[:, None, None]
+            parts = np.concatenate([np.zeros_like(rates[:1]), rates])
+        self.parts = parts.reshape(len(parts), -1, parts.shape[3])
+        self.limits = task.limits.get(name)[torques.gaps].transpose(0, 2, 1).reshape(-1, 2)
+
+    @property
+    def grid(self) -> tuple[NDArray[np.int64], Array]:
+        """Rows and angles to begin with: the nodes of every row."""
+        rows = self.parts.shape[1]
+        theta = np.linspace(0.0, np.pi, chebyshev.DEGREE + 1)
+        return np.repeat(np.arange(rows), theta.size), np.tile(theta, rows)
+
+    def violations(self, row: NDArray[np.int64], theta: Array) -> Array:
+        """Return polynomials in x that are above 0 where a limit is broken, (R, d + 1)."""
+        values = np.stack([chebyshev.evaluate(part[row], theta) for part in self.parts], axis=1)
+        above, below = values.copy(), -values
+        above[:, 0] -= self.limits[row, 1]
+        below[:, 0] += self.limits[row, 0]
+        both = np.concatenate([above, below])
+        return both[np.isfinite(both[:, 0])]
+
+    def violated(self, x: float) -> tuple[NDArray[np.int64], Array]:
+        """Return rows and angles of the extrema above the limits at slowing 1/x."""
+        series = np.tensordot(x ** np.arange(len(self.parts)), self.parts, axes=1)
+        row, theta = chebyshev.critical_points(series)
+        values = chebyshev.evaluate(series[row], theta)
+        lower, upper = self.limits[row].T
+        allowed = _TOLERANCE * np.where(np.isfinite(upper - lower), upper - lower, np.abs(values).max())
+        over = (values > upper + allowed) | (values < lower - allowed)
+        return row[over], theta[over]
+
+
+def _always_violated_beyond(polynomials: Array) -> float:
+    """Return an x beyond which one polynomial stays above 0 (Cauchy's bound of its roots), or infinity."""
+    leading, others = polynomials[:, -1], np.abs(polynomials[:, :-1]).sum(axis=1)
+    growing = leading > 0
+    if not growing.any():
+        return np.inf
+    return float(np.maximum(1.0, others[growing] / leading[growing]).min())
+
+
+def _largest_allowed(polynomials: list[Array], fastest: float, slowest: float) -> float | None:
+    """Return the largest x in [slowest, fastest] where no polynomial is above 0, or None."""
+    intervals = [_broken_intervals(block * fastest ** np.arange(block.shape[1])) for block in polynomials]
+    start, end = (np.concatenate(column) * fastest for column in zip(*intervals, strict=True))
+    x = fastest
+    while (inside := (start < x) & (x <= end)).any():
+        x = float(start[inside].min())
+    return x if x > 0 and x >= slowest else None
+
+
+def _broken_intervals(polynomials: Array) -> tuple[Array, Array]:
+    """Return starts and ends of the intervals inside [0, 1] where some polynomial is above 0."""
+    reach = polynomials[:, 0] + np.maximum(polynomials[:, 1:], 0.0).sum(axis=1)
+    polynomials = polynomials[reach > 0]
+    points = roots_in_unit_interval(polynomials)
+    above = evaluate(polynomials, 0.5 * (points[:, 1:] + points[:, :-1])) > 0
+    above &= points[:, 1:] > points[:, :-1]
+    return points[:, :-1][above], points[:, 1:][above]

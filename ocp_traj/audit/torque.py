@@ -1,0 +1,186 @@
+"""Joint torques and their rates against their limits, at every time, to a stated bound."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocp_traj.arrays import Array
+from ocp_traj.audit import chebyshev
+from ocp_traj.audit.kinematics import side_ratios
+from ocp_traj.audit.motion import Motion
+from ocp_traj.audit.verdict import Extremum
+from ocp_traj.exceptions import InputError
+from ocp_traj.robot.robot import Robot
+from ocp_traj.task import TrajectoryTask
+
+TORQUE_TOLERANCE = 1e-9
+"""Allowed interpolation error as a part of the torque limit, or of the largest torque where that is smaller."""
+
+_RATE_TOLERANCE = 1e-7
+_ROUNDING = 1e-13
+_SHORTEST_SEGMENT = 1e-12
+
+
+@dataclass(frozen=True)
+class TorqueCurve:
+    """The torques of a motion as Chebyshev series, in the three parts that scale differently with time.
+
+    At a uniform slowing s = 1/x the torques are gravity + x viscous + x^2 inertial + coulomb sign(v).
+
+    Attributes
+    ----------
+    motion : Motion
+    curve : ChebyshevCurve
+        3 n components: gravity, viscous friction, the rest; N m (N for prismatic joints).
+    coulomb : (S, n) array
+        Coulomb friction of each segment; segments end where a velocity with Coulomb friction is zero.
+    """
+
+    motion: Motion
+    curve: chebyshev.ChebyshevCurve
+    coulomb: Array
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return self.motion.n
+
+    @property
+    def gaps(self) -> NDArray[np.int64]:
+        """Gap between waypoints of each segment, (S,)."""
+        return self.motion.gaps[self.curve.pieces]
+
+    @property
+    def seconds(self) -> Array:
+        """Length of each segment, (S,), s."""
+        return (self.curve.right - self.curve.left) * self.motion.durations[self.curve.pieces]
+
+    @property
+    def bounds(self) -> Array:
+        """Bound on the error of the torques of each segment, (S, n), N m."""
+        return self.curve.bounds.reshape(-1, 3, self.n).sum(axis=1)
+
+    def coefficients(self, x: float = 1.0) -> Array:
+        """Return the Chebyshev coefficients of the torques at slowing 1/x, (S, n, .)."""
+        gravity, viscous, inertial = np.split(self.curve.coefficients, 3, axis=1)
+        torques = gravity + x * viscous + x**2 * inertial
+        torques[:, :, 0] += self.coulomb
+        return torques
+
+    def rate_coefficients(self, x: float = 1.0) -> Array:
+        """Return those of the torque rates at slowing 1/x, (S, n, .); the jump of Coulomb friction is no part of it."""
+        per_second = 2.0 * x / self.seconds
+        return chebyshev.differentiate(self.coefficients(x)) * per_second[:, None, None]
+
+    def times(self, segment: NDArray[np.int64], theta: Array) -> Array:
+        """Return the times of angles in segments, s."""
+        piece = self.curve.pieces[segment]
+        return self.motion.starts[piece] + self.motion.durations[piece] * self.curve.position(segment, theta)
+
+
+def torque_curve(task: TrajectoryTask, motion: Motion) -> TorqueCurve:
+    """Sample the reference inverse dynamics along a motion until its interpolation error is below the tolerance.
+
+    Raises
+    ------
+    InputError
+        The task has no robot with inertia.
+    """
+    robot = task.robot
+    if robot is None or not robot.has_inertia:
+        raise InputError("torques need a robot with inertia, but this task has none")
+    smallest = _smallest_limit(task, "torque")
+    rate = _smallest_limit(task, "torque_rate")
+    length = float(motion.durations.min())
+
+    def tolerance(largest: Array) -> Array:
+        per_joint = largest.reshape(3, -1).sum(axis=0)
+        floor = _ROUNDING * per_joint.max()
+        allowed = TORQUE_TOLERANCE * np.minimum(per_joint, smallest)
+        rate_allowed = _RATE_TOLERANCE * rate * length / (2 * chebyshev.DEGREE**2)
+        return np.tile(np.maximum(np.minimum(allowed, rate_allowed), floor), 3)
+
+    pieces, left, right = _segments(robot, motion)
+    curve = chebyshev.fit(_parts(robot, motion), pieces, left, right, tolerance)
+    middle = motion.sample(0.5 * (curve.left + curve.right)[:, None], curve.pieces, 1)[:, 0]
+    moving = np.abs(middle) > motion.noise(1)[curve.pieces]
+    return TorqueCurve(motion, curve, robot.friction.coulomb * np.sign(middle) * moving)
+
+
+def _smallest_limit(task: TrajectoryTask, name: str) -> Array:
+    limit = np.abs(task.limits.get(name)).min(axis=(0, 1))
+    return np.where(limit > 0, limit, np.inf)
+
+
+def _parts(robot: Robot, motion: Motion) -> chebyshev.Function:
+    """Return (pieces, x) -> gravity, viscous friction and inertial torques, Coulomb friction taken off."""
+
+    def parts(pieces: NDArray[np.int64], x: Array) -> Array:
+        states = [motion.sample(x, pieces, order) for order in range(3)]
+        q, v, a = (state.reshape(-1, motion.n) for state in states)
+        still = np.zeros_like(q)
+        gravity = robot.torque(q, still, still)
+        viscous = robot.friction.viscous * v
+        inertial = robot.torque(q, v, a) - robot.friction.coulomb * np.sign(v) - gravity - viscous
+        return np.concatenate([gravity, viscous, inertial], axis=1).reshape(*x.shape, -1)
+
+    return parts
+
+
+def _segments(robot: Robot, motion: Motion) -> tuple[NDArray[np.int64], Array, Array]:
+    """Return the pieces, cut where a velocity with Coulomb friction may change its sign."""
+    rubbing = np.flatnonzero(robot.friction.coulomb > 0)
+    count = len(motion.starts)
+    cuts = motion.candidates[0][:, rubbing].reshape(count, -1)
+    cuts = np.sort(np.concatenate([np.zeros((count, 1)), cuts, np.ones((count, 1))], axis=1), axis=1)
+    piece, column = np.nonzero(np.diff(cuts, axis=1) > _SHORTEST_SEGMENT)
+    return piece, cuts[piece, column], cuts[piece, column + 1]
+
+
+def torque_peaks(task: TrajectoryTask, torques: TorqueCurve) -> list[Extremum]:
+    """Return the largest torque ratio of every limited joint."""
+    return _peaks(task, torques, torques.coefficients(), "torque")
+
+
+def torque_rate_peaks(task: TrajectoryTask, torques: TorqueCurve) -> list[Extremum]:
+    """Return the largest torque-rate ratio of every limited joint."""
+    return _peaks(task, torques, torques.rate_coefficients(), "torque_rate")
+
+
+def _peaks(task: TrajectoryTask, torques: TorqueCurve, coefficients: Array, name: str) -> list[Extremum]:
+    n = torques.n
+    flat = coefficients.reshape(-1, coefficients.shape[2])
+    row, theta = chebyshev.critical_points(flat)
+    values = chebyshev.evaluate(flat[row], theta)
+    segment, joint = row // n, row % n
+    limits = task.limits.get(name)[torques.gaps[segment], :, joint]
+    ratios = side_ratios(values, limits[:, 0], limits[:, 1], _ROUNDING * np.abs(values).max())
+    peaks = []
+    for index in np.flatnonzero(np.isfinite(task.limits.get(name)).any(axis=(0, 1))):
+        mine = np.flatnonzero(joint == index)
+        best = mine[np.argmax(ratios[mine])]
+        peaks.append(
+            Extremum(
+                limit=name,
+                joint=int(index),
+                time=float(torques.times(segment[best : best + 1], theta[best : best + 1])[0]),
+                ratio=float(ratios[best]),
+                gap=int(torques.gaps[segment[best]]),
+                value=float(values[best]),
+                bound=float(limits[best, 1] if values[best] >= 0 else limits[best, 0]),
+            )
+        )
+    return peaks
+
+
+def relative_bound(task: TrajectoryTask, torques: TorqueCurve) -> float:
+    """Return the bound on the torques' error as a part of the smallest limit (of the largest torque without one)."""
+    limit = _smallest_limit(task, "torque")
+    largest = np.abs(torques.coefficients()).sum(axis=2).max()
+    measure = np.where(np.isfinite(limit), limit, largest)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        part = np.where(torques.bounds == 0, 0.0, torques.bounds / measure)
+    return float(part.max())

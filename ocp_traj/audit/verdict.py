@@ -1,0 +1,176 @@
+"""What the judge says about a motion."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+RATIO_TOLERANCE = 1e-6
+"""A motion is feasible when every ratio is at most 1 plus this."""
+
+WAYPOINT_TOLERANCE = 1e-8
+"""A waypoint's box may be missed by this, rad or m."""
+
+BOUNDARY_TOLERANCE = 1e-8
+"""A boundary condition may be missed by this part of the limit, or of the motion's largest value without one."""
+
+DURATION_TOLERANCE = 1e-9
+"""A bound on a duration may be missed by this part of it."""
+
+_UNITS = {
+    "position": "rad (m)",
+    "velocity": "rad/s (m/s)",
+    "acceleration": "rad/s^2 (m/s^2)",
+    "jerk": "rad/s^3 (m/s^3)",
+    "torque": "N m (N)",
+    "torque_rate": "N m/s (N/s)",
+    "cartesian_speed": "m/s",
+}
+
+
+@dataclass(frozen=True)
+class Extremum:
+    """Where a limit is used most.
+
+    Attributes
+    ----------
+    limit : str
+        ``position``, ``velocity``, ``acceleration``, ``jerk``, ``torque``, ``torque_rate``, ``cartesian_speed`` or
+        ``constraint``.
+    joint : int
+        From 0; -1 for frames and a user's own constraints.
+    time : float
+        s.
+    ratio : float
+        Value over the limit on its own side; for positions and constraints 1 + excess / width. Above 1 is broken.
+    gap : int
+        Gap between waypoints, from 0.
+    value, bound : float
+        What the motion has there and what the limit on that side is, SI.
+    label : str
+        Name of the frame or constraint, else empty.
+    note : str
+        What makes the value infinite, else empty.
+    """
+
+    limit: str
+    joint: int
+    time: float
+    ratio: float
+    gap: int = 0
+    value: float = math.nan
+    bound: float = math.nan
+    label: str = ""
+    note: str = ""
+
+    @property
+    def key(self) -> str:
+        """Name in `Verdict.limits`: the limit, and for frames and constraints their name after a colon."""
+        return f"{self.limit}:{self.label}" if self.label else self.limit
+
+    @property
+    def broken(self) -> bool:
+        """True above 1 + 1e-6, or when the ratio is no number."""
+        return not self.ratio <= 1.0 + RATIO_TOLERANCE
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the contract's object: joint from 1 (null without one), ratio null where it is infinite."""
+        entry: dict[str, Any] = {
+            "limit": self.limit,
+            "joint": self.joint + 1 if self.joint >= 0 else None,
+            "gap": self.gap + 1,
+            "time": _finite(self.time),
+            "ratio": _finite(self.ratio),
+            "value": _finite(self.value),
+            "bound": _finite(self.bound),
+        }
+        if self.label:
+            entry["label"] = self.label
+        return entry
+
+    def __str__(self) -> str:
+        where = f"joint {self.joint + 1}, " if self.joint >= 0 else ""
+        name = f"{self.limit.replace('_', ' ')} {self.label}".rstrip()
+        unit = _UNITS.get(self.limit, "")
+        times = f", {self.ratio:.7g} times the limit" if self.limit != "position" else ""
+        return (
+            f"{name}: {where}gap {self.gap + 1}, at {self.time:.6g} s: {self.value:.9g} "
+            f"against {self.bound:.9g} {unit}".rstrip()
+            + (f", {self.note}" if self.note else times)
+        )
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The judge's answer about one motion.
+
+    Attributes
+    ----------
+    feasible : bool
+        Every ratio is at most 1 + 1e-6 at every time, waypoints and boundary conditions are met within 1e-8, and
+        the durations lie within their bounds.
+    duration : float
+        s.
+    worst : Extremum or None
+        The largest ratio found; None when nothing is limited.
+    limits : dict
+        The largest ratio of every limit, by name (see `Extremum.key`).
+    waypoint_error : float
+        Largest distance of a joint from a waypoint's box, rad or m.
+    boundary_error : float
+        Largest miss of a boundary condition, as a part of its limit (of the motion's largest value without one).
+    smallest_feasible_scale : float or None
+        Smallest uniform slowing that makes the motion feasible (below 1 where there is slack); None if none does.
+    findings : tuple of str
+        One sentence for each broken thing; joints, gaps and waypoints count from 1.
+    torque_bound : float
+        Bound on the error of the torques, as a part of the limits: what may hide between samples.
+    case : str
+        Name of the task.
+    """
+
+    feasible: bool
+    duration: float
+    worst: Extremum | None
+    limits: dict[str, Extremum] = field(default_factory=dict)
+    waypoint_error: float = 0.0
+    boundary_error: float = 0.0
+    smallest_feasible_scale: float | None = None
+    findings: tuple[str, ...] = ()
+    torque_bound: float = 0.0
+    case: str = ""
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what ``ocp-traj audit --json`` writes; numbers are finite or null, joints count from 1."""
+        scale = self.smallest_feasible_scale
+        return {
+            "schema": 1,
+            "case": self.case,
+            "feasible": self.feasible,
+            "duration": _finite(self.duration),
+            "worst": None if self.worst is None else self.worst.to_json(),
+            "limits": {name: extremum.to_json() for name, extremum in self.limits.items()},
+            "waypoint_error": _finite(self.waypoint_error),
+            "boundary_error": _finite(self.boundary_error),
+            "torque_bound": _finite(self.torque_bound),
+            "smallest_feasible_scale": None if scale is None else _finite(scale),
+            "findings": list(self.findings),
+        }
+
+    def __str__(self) -> str:
+        lines = [f"{'feasible' if self.feasible else 'NOT feasible'}, {self.duration:.6g} s"]
+        for name, extremum in self.limits.items():
+            where = f"joint {extremum.joint + 1}, " if extremum.joint >= 0 else ""
+            lines.append(f"  {name:<14} {extremum.ratio:.7f}  {where}gap {extremum.gap + 1}, {extremum.time:.6g} s")
+        lines.append(f"  waypoints met within {self.waypoint_error:.2g}, boundary within {self.boundary_error:.2g}")
+        if self.smallest_feasible_scale is None:
+            lines.append("  no uniform slowing makes it feasible")
+        else:
+            lines.append(f"  smallest feasible uniform slowing: {self.smallest_feasible_scale:.9g}")
+        lines.extend(f"  - {finding}" for finding in self.findings)
+        return "\n".join(lines)
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
