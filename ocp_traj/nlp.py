@@ -1,0 +1,113 @@
+"""The numerical problem a task becomes: the same object for gradient and population solvers."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from metaheuristics import Evaluation, Problem
+from ocp_traj.arrays import Array, read_only
+from ocp_traj.task import TrajectoryTask
+from ocp_traj.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class RowBlock:
+    """Labels of consecutive constraint rows.
+
+    Attributes
+    ----------
+    limit : str
+        ``velocity``, ``torque``, ...; ``continuity`` for the equations between knot states.
+    joint, gap : (rows,) integer arrays from 0; joint -1 where a row belongs to none
+    fraction : (rows,) where in the gap, 0 to 1
+    """
+
+    limit: str
+    joint: Any
+    gap: Any
+    fraction: Any
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.joint)
+
+
+class Nlp(Problem):
+    """min f(x) subject to lower <= x <= upper and g_lower <= g(x) <= g_upper, made from a task.
+
+    Attributes
+    ----------
+    task : TrajectoryTask
+    form : str
+        ``"condensed"`` or ``"lifted"``.
+    encoding : str
+        What the variables mean to a population method: ``"durations"``, ``"log-durations"``, ``"scaled"``; the
+        lifted form has ``"knot-states"``.
+    x, f, g : MX or SX
+        Symbols; f in the objective's own unit, every row of g scaled by its limit (1e-3 means 0.1 % over).
+    derivatives : dict
+        Ready derivative functions for CasADi's nlpsol; may be empty.
+    g_lower, g_upper : (m,)
+    guess : (d,)
+    rows : list of RowBlock
+    """
+
+    form: str
+    encoding: str
+
+    def __init__(
+        self,
+        task: TrajectoryTask,
+        *,
+        lower: Array,
+        upper: Array,
+        guess: Array,
+        g_lower: Array,
+        g_upper: Array,
+        rows: list[RowBlock],
+    ) -> None:
+        super().__init__(task.name, lower, upper)
+        self.task = task
+        self.guess = read_only(guess)
+        self.g_lower = read_only(g_lower)
+        self.g_upper = read_only(g_upper)
+        self.rows = rows
+
+    x: Any
+    f: Any
+    g: Any
+    derivatives: dict[str, Any]
+
+    @abstractmethod
+    def decode(self, x: Array) -> Trajectory:
+        """Return the exact trajectory that variables x (d,) stand for."""
+
+    def label(self, row: int) -> str:
+        """Return the words for one constraint row, such as ``torque, joint 3, gap 2, 0.42``."""
+        index = row
+        for block in self.rows:
+            if index < len(block):
+                joint = f", joint {block.joint[index] + 1}" if block.joint[index] >= 0 else ""
+                return f"{block.limit}{joint}, gap {block.gap[index] + 1}, {block.fraction[index]:.2f}"
+            index -= len(block)
+        raise IndexError(f"row {row} of {sum(map(len, self.rows))}")
+
+    def violations(self, g: Array) -> Array:
+        """Return max(g - g_upper, g_lower - g, 0) of rows (..., m)."""
+        over = np.maximum(g - self.g_upper, self.g_lower - g)
+        result: Array = np.maximum(over, 0.0)
+        return result
+
+    def evaluate(self, X: Array) -> Evaluation:
+        """Evaluate candidates one by one through the symbolic functions; forms for populations do better."""
+        import casadi as ca
+
+        function = ca.Function("nlp", [self.x], [self.f, self.g])
+        values = [function(row) for row in np.atleast_2d(X)]
+        cost = np.array([float(f) for f, _ in values])
+        g = np.array([np.array(g).ravel() for _, g in values]).reshape(len(values), -1)
+        return Evaluation(cost, self.violations(g))

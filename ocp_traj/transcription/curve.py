@@ -1,0 +1,90 @@
+"""From durations and knot positions to the exact trajectory of a task's family."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ocp_traj.arrays import Array, ArrayLike
+from ocp_traj.exceptions import InputError
+from ocp_traj.spline import EndConditions, get_family
+from ocp_traj.task import TrajectoryTask
+from ocp_traj.trajectory import Trajectory
+
+
+def end_conditions(task: TrajectoryTask) -> EndConditions:
+    """Return the derivatives the task gives at both ends, each (1, n)."""
+    ends: list[dict[int, Any]] = [{}, {}]
+    for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
+        given = getattr(task.boundary, name)
+        if given is not None:
+            for side in (0, 1):
+                ends[side][order] = given[side][None, :]
+    return EndConditions(*ends)
+
+
+def decided_knots(task: TrajectoryTask) -> tuple[list[int], list[int]]:
+    """Return the virtual knots whose positions follow from the end conditions, next to the start and the end.
+
+    Raises
+    ------
+    InputError
+        An end has more such conditions than the gap beside it has virtual knots.
+    """
+    first, last = get_family(task.family).fixed_by_ends(end_conditions(task))
+    segments = task.gaps * (task.virtual_knots + 1)
+    room = task.virtual_knots if task.gaps > 1 else task.virtual_knots - max(first, last)
+    if max(first, last) > room:
+        raise InputError(
+            f"spline.virtual_knots: {task.virtual_knots} given, but the boundary conditions decide "
+            f"{max(first, last)} knot positions at each end; expected at least as many virtual knots in a gap"
+        )
+    return list(range(1, first + 1)), list(range(segments - last, segments))
+
+
+def build_trajectory(task: TrajectoryTask, durations: Array, positions: Array) -> Trajectory:
+    """Return the family's curve through knot positions.
+
+    Parameters
+    ----------
+    durations : (m,) s, of all sub-segments
+    positions : (m + 1, n)
+        At the knots; those that the end conditions decide are ignored.
+    """
+    starts, ends = decided_knots(task)
+    rows: list[Any] = [row[None, :] for row in positions]
+    for knot in (*starts, *ends):
+        rows[knot] = None
+    columns = [np.full((1, 1), h) for h in durations]
+    pieces = get_family(task.family).pieces(columns, rows, end_conditions(task))
+    degree = max(piece.degree for piece in pieces)
+    coefficients = np.zeros((len(pieces), task.n, degree + 1))
+    for index, piece in enumerate(pieces):
+        for power, value in enumerate(piece.coefficients()):
+            coefficients[index, :, power] = np.ravel(value) / durations[index] ** power
+    breakpoints = np.concatenate([[0.0], np.cumsum(durations)])
+    return Trajectory(
+        breakpoints, coefficients, breakpoints[:: task.virtual_knots + 1], family=task.family, case=task.name
+    )
+
+
+def trajectory_from_durations(task: TrajectoryTask, durations: ArrayLike) -> Trajectory:
+    """Return the task's family without virtual knots, run through the waypoints with given gap durations.
+
+    Parameters
+    ----------
+    durations : (K - 1,) s
+
+    Raises
+    ------
+    InputError
+        Their number is wrong, or one is not positive.
+    """
+    h = np.asarray(durations, dtype=np.float64)
+    if h.shape != (task.gaps,):
+        raise InputError(f"{h.size} durations given, expected {task.gaps}, one a gap between waypoints")
+    if not (np.isfinite(h).all() and (h > 0).all()):
+        raise InputError(f"durations {h.tolist()} given, expected positive numbers")
+    bare = task if task.virtual_knots == 0 else task.changed(virtual_knots=0)
+    return build_trajectory(bare, h, np.asarray(task.waypoints))

@@ -1,0 +1,139 @@
+"""Where the variables of the lifted form are, and how they are scaled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ocp_traj.arrays import Array
+from ocp_traj.spline import get_family
+from ocp_traj.task import TrajectoryTask
+from ocp_traj.transcription.elements import IndexArray
+from ocp_traj.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Variables [durations (S), knot states (S + 1, number of moving joints, p), slacks].
+
+    Attributes
+    ----------
+    task : TrajectoryTask
+    degree : int
+        p of the family.
+    segments : int
+        S, all sub-segments.
+    moving : (n',) joints that have variables; the others stay where they are
+    duration_scale : float, s
+    state_scales : (p, n')
+        One variable unit of each derivative.
+    """
+
+    task: TrajectoryTask
+    degree: int
+    segments: int
+    moving: Any
+    duration_scale: float
+    state_scales: Array
+
+    @property
+    def per_gap(self) -> int:
+        """Sub-segments of a gap."""
+        return self.segments // self.task.gaps
+
+    @property
+    def size(self) -> int:
+        """Number of durations and states (slacks come after them)."""
+        return self.segments + (self.segments + 1) * len(self.moving) * self.degree
+
+    def state(self, knot: Any, joint: Any, order: Any) -> Any:
+        """Return the index of a knot state; `joint` counts moving joints. Broadcasts."""
+        return self.segments + (np.asarray(knot) * len(self.moving) + joint) * self.degree + order
+
+    @property
+    def places(self) -> tuple[IndexArray, IndexArray]:
+        """Segment and moving joint of every (segment, joint) pair, flat."""
+        segment, joint = np.meshgrid(np.arange(self.segments), np.arange(len(self.moving)), indexing="ij")
+        return segment.ravel(), joint.ravel()
+
+    def knot_gaps(self, knot: int) -> tuple[int, int]:
+        """Return the gaps left and right of a knot."""
+        return max(knot - 1, 0) // self.per_gap, min(knot, self.segments - 1) // self.per_gap
+
+    def encode(self, trajectory: Trajectory) -> Array:
+        """Return the variables (without slacks) of a trajectory of this family with the same number of knots."""
+        values = np.empty(self.size)
+        values[: self.segments] = np.diff(trajectory.breakpoints) / self.duration_scale
+        knots = np.asarray(trajectory.breakpoints)
+        for order in range(self.degree):
+            states = trajectory(knots, order)[:, self.moving]
+            index = self.state(np.arange(len(knots))[:, None], np.arange(len(self.moving))[None, :], order)
+            values[index] = states / self.state_scales[order]
+        return values
+
+    def durations(self, x: Array) -> Array:
+        """Return the durations of the segments, s."""
+        result: Array = x[: self.segments] * self.duration_scale
+        return result
+
+    def positions(self, x: Array) -> Array:
+        """Return the positions at the knots, (S + 1, n)."""
+        knots = np.tile(self.task.waypoints[0], (self.segments + 1, 1))
+        index = self.state(np.arange(self.segments + 1)[:, None], np.arange(len(self.moving))[None, :], 0)
+        knots[:, self.moving] = x[index] * self.state_scales[0]
+        return knots
+
+
+def make_layout(task: TrajectoryTask, guess: Trajectory) -> Layout:
+    """Choose moving joints and scales from a guess."""
+    degree = get_family(task.family).degree
+    segments = task.gaps * (task.virtual_knots + 1)
+    moving = moving_joints(task)
+    scale = float(np.mean(np.diff(guess.breakpoints)))
+    return Layout(task, degree, segments, moving, scale, _state_scales(task, guess, degree, moving))
+
+
+def moving_joints(task: TrajectoryTask) -> IndexArray:
+    """Return the joints that need variables.
+
+    A joint stays when all its waypoints agree and its ends are at rest, unless virtual knots let it move and
+    torques or energy could make that worth while; a zero limit keeps it still in any case.
+    """
+    still = (np.ptp(task.waypoints, axis=0) == 0) & (np.asarray(task.tolerance) == 0).all(axis=0)
+    for name in ("velocity", "acceleration", "jerk"):
+        given = getattr(task.boundary, name)
+        if given is not None:
+            still &= (given == 0).all(axis=0)
+    if task.virtual_knots and (task.needs_torque or task.limits.cartesian_speed):
+        still &= _frozen(task)
+    return np.flatnonzero(~still)
+
+
+def _frozen(task: TrajectoryTask) -> Any:
+    """Return the joints that a zero velocity, acceleration or jerk limit keeps still."""
+    frozen = np.zeros(task.n, dtype=bool)
+    for name in ("velocity", "acceleration", "jerk"):
+        frozen |= (np.abs(task.limits.get(name)).max(axis=1) == 0).any(axis=0)
+    return frozen
+
+
+def _state_scales(task: TrajectoryTask, guess: Trajectory, degree: int, moving: IndexArray) -> Array:
+    """Return one unit of each derivative: the joint's travel, its limits, else its size in the guess.
+
+    A limit far above what the motion needs (more than a hundred times the guess) is not a scale.
+    """
+    travel = np.ptp(guess(guess.breakpoints), axis=0)
+    floor = 1e-3 * max(float(travel.max(initial=0.0)), 1e-12)
+    scales = [np.maximum(travel, floor)]
+    gap = guess.duration / task.gaps
+    for order in range(1, degree):
+        size = np.abs(guess(guess.breakpoints, order)).max(axis=0)
+        size = np.maximum(size, scales[0] / gap**order)
+        if order <= 3:
+            limit = np.abs(task.limits.get(("velocity", "acceleration", "jerk")[order - 1])).max(axis=(0, 1))
+            usable = np.isfinite(limit) & (limit > 0) & (limit < 100 * size)
+            size = np.where(usable, limit, size)
+        scales.append(size)
+    return np.stack(scales)[:, moving]
