@@ -32,6 +32,6 @@ def freeze(values: npt.ArrayLike) -> FloatArray:
 
 def read_only(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Return a read-only view of an array nobody else writes to (no copy)."""
-    view = values.view()
+    view: npt.NDArray[Any] = values.view()
     view.flags.writeable = False
     return view

@@ -10,79 +10,79 @@ BOUND_RULES = ("clip", "reflect", "resample")
 
 
 def clip(X: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
-    """Put every coordinate that left the box on the bound it crossed (NaN on the lower one).
+    """Put every coordinate that left the box on the bound it crossed (NaN on the lower one), in place.
 
     Parameters
     ----------
     X
-        (p, d) candidates.
+        (p, d) candidates, overwritten.
     lower, upper
-        (d,) the box.
+        (d,) or (p, d) the box.
 
     Returns
     -------
     FloatArray
-        (p, d) new array inside the box.
+        The same array, inside the box.
     """
-    inside = np.fmax(X, lower)
-    np.fmin(inside, upper, out=inside)
-    return inside
+    np.fmax(X, lower, out=X)
+    np.fmin(X, upper, out=X)
+    return X
 
 
 def reflect(X: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
-    """Mirror every coordinate that left the box at its bounds, as often as needed.
+    """Mirror every coordinate that left the box at its bounds, as often as needed, in place.
 
     Parameters
     ----------
     X
-        (p, d) candidates; one that is not finite lands on a bound as in `clip`.
+        (p, d) candidates, overwritten; one that is not finite lands on a bound as in `clip`.
     lower, upper
-        (d,) the box.
+        (d,) or (p, d) the box.
 
     Returns
     -------
     FloatArray
-        (p, d) new array inside the box.
+        The same array, inside the box.
     """
-    width = upper - lower
-    outside = (X < lower) | (X > upper)
-    if not outside.any():
-        return clip(X, lower, upper)
-    period = np.where(width > 0.0, 2.0 * width, 1.0)
-    offset = np.where(np.isfinite(X), X, lower) - lower
-    folded = width - np.abs(np.mod(offset, period) - width)
-    # Coordinates that never left keep their exact bits; infinities go to the bound they point at.
-    return clip(np.where(outside & np.isfinite(X), lower + folded, X), lower, upper)
+    outside = (lower > X) | (upper < X)
+    if np.count_nonzero(outside):
+        outside &= np.isfinite(X)
+        low = np.broadcast_to(lower, X.shape)[outside]
+        width = np.broadcast_to(upper, X.shape)[outside] - low
+        period = np.where(width > 0.0, 2.0 * width, 1.0)
+        X[outside] = low + (width - np.abs(np.mod(X[outside] - low, period) - width))
+    return clip(X, lower, upper)
 
 
 def resample(X: FloatArray, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """Draw every coordinate that left the box (or is NaN) anew, uniformly in the box.
+    """Draw every coordinate that left the box (or is NaN) anew, uniformly in the box, in place.
 
     Parameters
     ----------
     X
-        (p, d) candidates.
+        (p, d) candidates, overwritten.
     lower, upper
-        (d,) the box.
+        (d,) or (p, d) the box.
     rng
-        Source of randomness; nothing is drawn when nothing left.
+        Source of randomness; one number is drawn for each coordinate outside.
 
     Returns
     -------
     FloatArray
-        (p, d) new array inside the box.
+        The same array, inside the box.
     """
-    outside = ~((X >= lower) & (X <= upper))
-    if not outside.any():
-        return X.copy()
-    drawn = lower + (upper - lower) * rng.random(X.shape)
-    return clip(np.where(outside, drawn, X), lower, upper)
+    outside = ~((lower <= X) & (upper >= X))
+    count = np.count_nonzero(outside)
+    if count:
+        low = np.broadcast_to(lower, X.shape)[outside]
+        X[outside] = low + (np.broadcast_to(upper, X.shape)[outside] - low) * rng.random(count)
+    return clip(X, lower, upper)
 
 
 def repair(
     rule: str, X: FloatArray, lower: FloatArray, upper: FloatArray, rng: np.random.Generator
 ) -> FloatArray:
-    """Bring candidates back into the box by the named rule of `BOUND_RULES`.
+    """Bring candidates back into the box, in place, by the named rule of `BOUND_RULES`.
 
     Raises
     ------

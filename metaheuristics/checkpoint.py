@@ -114,7 +114,7 @@ def load(path: Path, template: State, rng: np.random.Generator, digest: str) -> 
 
 
 def make_digest(problem: Problem, optimizer: Optimizer[Any], ordering: object) -> str:
-    """Return a fingerprint of the problem's name and box, the optimiser's settings and the constraint rule."""
+    """Return a fingerprint of the problem's name and box, the settings and the constraint rule."""
     content = hashlib.sha256(f"{problem.name}|{optimizer!r}|{ordering!r}".encode())
     content.update(problem.lower.tobytes())
     content.update(problem.upper.tobytes())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -58,8 +59,9 @@ class Evaluation:
         total: FloatArray = self.violation.sum(axis=1)
         return total
 
+    @cached_property
     def scores(self) -> tuple[FloatArray, FloatArray]:
-        """Return cost and total violation with every broken candidate made the worst.
+        """Cost and total violation with every broken candidate made the worst.
 
         Returns
         -------
@@ -69,7 +71,8 @@ class Evaluation:
         """
         cost, violation = self.cost, self.total_violation
         # One dot product tells whether anything is not finite; overflow only sends us down the careful way.
-        if math.isfinite(cost.dot(cost)) and math.isfinite(violation.dot(violation)):
+        finite = math.isfinite(cost.dot(cost))
+        if finite and (not self.violation.shape[1] or math.isfinite(violation.dot(violation))):
             return cost, violation
         broken = ~(np.isfinite(cost) & np.isfinite(violation))
         return np.where(broken, np.inf, cost), np.where(broken, np.inf, violation)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
-from typing import Generic, TypeVar
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,9 @@ INITIAL_PHASE = -1
 """The phase of a state whose first candidates have not been evaluated yet."""
 
 
+StateT = TypeVar("StateT", bound="State")
+
+
 @dataclass(frozen=True, eq=False)
 class Frame:
     """What stays fixed during one run.
@@ -28,12 +31,16 @@ class Frame:
         (d,) the box and upper - lower.
     total_generations
         T of the schedules: generations the run is planned for; later ones count as the last.
+    lower_rows, upper_rows
+        (n, d) the box once a row: NumPy clips a small population three times faster this way.
     """
 
     lower: FloatArray
     upper: FloatArray
     width: FloatArray
     total_generations: int
+    lower_rows: FloatArray
+    upper_rows: FloatArray
 
     @property
     def dimension(self) -> int:
@@ -72,8 +79,16 @@ class State:
         """Share of the planned generations that is finished, 0 to 1."""
         return min(self.generation / self.frame.total_generations, 1.0)
 
+    def evolve(self: StateT, **changes: Any) -> StateT:
+        """Return a copy with some fields changed.
 
-StateT = TypeVar("StateT", bound=State)
+        What `dataclasses.replace` does, six times faster: states are made several times a generation, and
+        have nothing to check again.
+        """
+        copied = object.__new__(type(self))
+        copied.__dict__.update(self.__dict__)
+        copied.__dict__.update(changes)
+        return copied
 
 
 @dataclass(frozen=True)
@@ -163,7 +178,7 @@ class Optimizer(ABC, Generic[StateT]):
         ValueError
             If the box is not finite, T is below 1, or x0 does not fit.
         """
-        frame = make_frame(lower, upper, total_generations)
+        frame = make_frame(lower, upper, total_generations, self.population)
         positions = self.draw_initial(frame, rng)
         if x0 is not None:
             positions = inject(positions, x0, frame)
@@ -172,7 +187,8 @@ class Optimizer(ABC, Generic[StateT]):
 
     def draw_initial(self, frame: Frame, rng: np.random.Generator) -> FloatArray:
         """Return the initial population (n, d), uniform in the box unless a method says otherwise."""
-        return frame.lower + frame.width * rng.random((self.population, frame.dimension))
+        drawn: FloatArray = frame.lower + frame.width * rng.random((self.population, frame.dimension))
+        return drawn
 
     @abstractmethod
     def make_state(
@@ -184,7 +200,8 @@ class Optimizer(ABC, Generic[StateT]):
     def propose(self, state: StateT, rng: np.random.Generator) -> tuple[FloatArray, StateT]:
         """Return candidates (p, d), possibly outside the box, and the state that remembers how they came.
 
-        Not called for the initial population, which is asked as it was drawn.
+        The candidates are a new array, which is brought into the box in place. Not called for the initial
+        population, which is asked as it was drawn.
         """
 
     @abstractmethod
@@ -209,7 +226,11 @@ class Optimizer(ABC, Generic[StateT]):
         if state.phase == INITIAL_PHASE:
             return read_only(state.positions), state
         proposed, state = self.propose(state, rng)
-        X = repair(self.bounds, proposed, state.frame.lower, state.frame.upper, rng)
+        p, frame = proposed.shape[0], state.frame
+        if p <= frame.lower_rows.shape[0]:
+            X = repair(self.bounds, proposed, frame.lower_rows[:p], frame.upper_rows[:p], rng)
+        else:
+            X = repair(self.bounds, proposed, frame.lower, frame.upper, rng)
         X.flags.writeable = False
         return X, state
 
@@ -233,7 +254,7 @@ class Optimizer(ABC, Generic[StateT]):
         ValueError
             If the evaluation does not fit X.
         """
-        cost, violation = evaluation.scores()
+        cost, violation = evaluation.scores
         if cost.shape[0] != X.shape[0]:
             raise ValueError(
                 f"The evaluation has {cost.shape[0]} costs for {X.shape[0]} candidates, expected one each."
@@ -242,11 +263,11 @@ class Optimizer(ABC, Generic[StateT]):
         if state.phase == 0:
             ordering = state.ordering.adapt(state.cost, state.violation, state.progress)
             if ordering is not state.ordering:
-                state = replace(state, ordering=ordering)
+                state = state.evolve(ordering=ordering)
         return state
 
 
-def make_frame(lower: npt.ArrayLike, upper: npt.ArrayLike, total_generations: int) -> Frame:
+def make_frame(lower: npt.ArrayLike, upper: npt.ArrayLike, total_generations: int, rows: int) -> Frame:
     """Check the box and the number of generations, and return the frame of a run.
 
     Raises
@@ -265,7 +286,10 @@ def make_frame(lower: npt.ArrayLike, upper: npt.ArrayLike, total_generations: in
         )
     if total_generations < 1:
         raise ValueError(f"The number of generations is {total_generations}, expected at least 1.")
-    return Frame(low, high, freeze(high - low), total_generations)
+    width = freeze(high - low)
+    return Frame(
+        low, high, width, total_generations, freeze(np.tile(low, (rows, 1))), freeze(np.tile(high, (rows, 1)))
+    )
 
 
 def inject(positions: FloatArray, x0: npt.ArrayLike, frame: Frame) -> FloatArray:
@@ -276,7 +300,7 @@ def inject(positions: FloatArray, x0: npt.ArrayLike, frame: Frame) -> FloatArray
     positions
         (n, d) the population drawn.
     x0
-        (d,) or (k, d) known candidates, k <= n; excess over a bound by rounding (1e-9 of the width) is clipped.
+        (d,) or (k, d) known candidates, k <= n; an excess by rounding (1e-9 of the width) is clipped.
     frame
         The box.
 
@@ -297,6 +321,6 @@ def inject(positions: FloatArray, x0: npt.ArrayLike, frame: Frame) -> FloatArray
             f"x0 row {row + 1}, variable {column + 1} is {known[row, column]}, expected a value in "
             f"[{frame.lower[column]}, {frame.upper[column]}]."
         )
-    filled = positions.copy()
+    filled: FloatArray = positions.copy()
     filled[: known.shape[0]] = np.clip(known, frame.lower, frame.upper)
     return filled

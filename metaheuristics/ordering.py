@@ -19,7 +19,7 @@ from metaheuristics.nondominated import crowding_distance, front_numbers
 class Ordering(ABC):
     """A rule that says which candidate is better, given cost and total violation.
 
-    Costs and violations are as `Evaluation.scores` gives them: no NaN, infinity for a broken candidate.
+    Costs and violations are as `Evaluation.scores` holds them: no NaN, infinity for a broken candidate.
     """
 
     @abstractmethod
@@ -35,6 +35,11 @@ class Ordering(ABC):
     def find_best(self, cost: FloatArray, violation: FloatArray) -> int:
         """Return the index of the best candidate."""
         return int(self.sort(cost, violation)[0])
+
+    def beats(self, cost: float, violation: float, other_cost: float, other_violation: float) -> bool:
+        """Return whether one candidate is strictly better than another."""
+        values = (np.array([value]) for value in (cost, violation, other_cost, other_violation))
+        return bool(self.is_better(*values)[0])
 
     def adapt(self, cost: FloatArray, violation: FloatArray, progress: float) -> Ordering:
         """Return the rule for the next generation.
@@ -80,14 +85,20 @@ class FeasibleFirst(Ordering):
     def sort(self, cost: FloatArray, violation: FloatArray) -> IntArray:
         """Sort by violation, then cost; see `Ordering.sort`."""
         counted = self._counted(violation)
-        if not counted.any():
+        if not np.count_nonzero(counted):
             return cost.argsort(kind="stable")
         return np.lexsort((cost, counted))
+
+    def beats(self, cost: float, violation: float, other_cost: float, other_violation: float) -> bool:
+        """Compare two candidates; see `Ordering.beats`."""
+        mine = 0.0 if violation <= self.tolerance else violation
+        other = 0.0 if other_violation <= self.tolerance else other_violation
+        return mine < other or (mine == other and cost < other_cost)
 
     def find_best(self, cost: FloatArray, violation: FloatArray) -> int:
         """Return the least cost among the least violation; see `Ordering.find_best`."""
         counted = self._counted(violation)
-        if not counted.any():
+        if not np.count_nonzero(counted):
             return int(cost.argmin())
         return int(np.where(counted == counted.min(), cost, np.inf).argmin())
 
@@ -97,7 +108,7 @@ class EpsilonLevel(FeasibleFirst):
     """Feasible-first with a tolerance that shrinks (Takahama & Sakai 2006, doi 10.1109/CEC.2006.1688283).
 
     The level starts at the violation of the candidate at `quantile` of the initial population and follows
-    eps(t) = eps(0) (1 - t / t_control)^exponent, 0 from t_control on; `tolerance` holds the level of the moment.
+    eps(t) = eps(0) (1 - t / t_control)^exponent, 0 from t_control on; `tolerance` holds the present level.
 
     Parameters
     ----------
@@ -139,7 +150,8 @@ class StaticPenalty(Ordering):
     weight: float = 1e3
 
     def _penalised(self, cost: FloatArray, violation: FloatArray) -> FloatArray:
-        return cost + self.weight * violation
+        penalised: FloatArray = cost + self.weight * violation
+        return penalised
 
     def is_better(
         self, cost: FloatArray, violation: FloatArray, other_cost: FloatArray, other_violation: FloatArray
@@ -147,6 +159,14 @@ class StaticPenalty(Ordering):
         """Compare the penalised costs; see `Ordering.is_better`."""
         better: BoolArray = self._penalised(cost, violation) < self._penalised(other_cost, other_violation)
         return better
+
+    def beats(self, cost: float, violation: float, other_cost: float, other_violation: float) -> bool:
+        """Compare two candidates; see `Ordering.beats`."""
+        return cost + self.weight * violation < other_cost + self.weight * other_violation
+
+    def find_best(self, cost: FloatArray, violation: FloatArray) -> int:
+        """Return the least penalised cost; see `Ordering.find_best`."""
+        return int(self._penalised(cost, violation).argmin())
 
     def sort(self, cost: FloatArray, violation: FloatArray) -> IntArray:
         """Sort by the penalised cost; see `Ordering.sort`."""
@@ -223,12 +243,18 @@ class NonDominated(FeasibleFirst):
     def sort(self, cost: FloatArray, violation: FloatArray) -> IntArray:
         """Sort by front, then by falling crowding distance, the leading point first; see `Ordering.sort`."""
         counted = self._counted(violation)
-        if not counted.any():
+        if not np.count_nonzero(counted):
             return cost.argsort(kind="stable")
         fronts = front_numbers(cost, counted)
         order = np.lexsort((-crowding_distance(cost, counted, fronts), fronts))
         leader = self.find_best(cost, violation)
         return np.concatenate(([leader], order[order != leader]))
+
+    def beats(self, cost: float, violation: float, other_cost: float, other_violation: float) -> bool:
+        """Compare two candidates; see `Ordering.beats`."""
+        if self.best == "feasible-first":
+            return super().beats(cost, violation, other_cost, other_violation)
+        return super().beats(violation, cost, other_violation, other_cost)
 
     def find_best(self, cost: FloatArray, violation: FloatArray) -> int:
         """Return the leading point by the reading `best`; see `Ordering.find_best`."""

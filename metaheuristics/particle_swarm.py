@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -130,7 +131,7 @@ class ParticleSwarm(Optimizer[SwarmState]):
     def make_state(
         self, frame: Frame, ordering: Ordering, positions: FloatArray, rng: np.random.Generator
     ) -> SwarmState:
-        """Return the state before the initial population is evaluated, at rest; see `Optimizer.make_state`."""
+        """Return the state before the first evaluation, at rest; see `Optimizer.make_state`."""
         worst = np.full(positions.shape[0], np.inf)
         rest = np.zeros_like(positions)
         return SwarmState(
@@ -146,44 +147,51 @@ class ParticleSwarm(Optimizer[SwarmState]):
         pull *= c1
         pull *= state.best_positions - x
         velocities += pull
-        pull = rng.random(x.shape)
+        rng.random(out=pull)
         pull *= c2
         pull *= state.best_positions[state.leader] - x
         velocities += pull
         if math.isfinite(self.velocity_limit):
-            limit = self.velocity_limit * frame.width
+            limit = self.velocity_limit * (frame.upper_rows - frame.lower_rows)
             np.minimum(velocities, limit, out=velocities)
-            np.maximum(velocities, -limit, out=velocities)
-        moved = SwarmState(
-            frame, state.ordering, state.generation, state.phase, x, state.cost, state.violation,
-            velocities, state.best_positions, state.best_cost, state.best_violation, state.leader,
-        )  # fmt: skip
-        return x + velocities, moved
+            np.negative(limit, out=limit)
+            np.maximum(velocities, limit, out=velocities)
+        return x + velocities, state.evolve(velocities=velocities)
 
     def absorb(self, state: SwarmState, X: FloatArray, cost: FloatArray, violation: FloatArray) -> SwarmState:
         """Remember the bests; see `Optimizer.absorb`."""
         ordering = state.ordering
         if state.phase == INITIAL_PHASE:
-            return SwarmState(
-                state.frame, ordering, 0, 0, X, cost, violation,
-                state.velocities, X, cost, violation, ordering.find_best(cost, violation),
-            )  # fmt: skip
-        velocities = self._stop_at_walls(state, X)
-        better = ordering.is_better(cost, violation, state.best_cost, state.best_violation)
-        best_positions = np.where(better[:, None], X, state.best_positions)
-        best_cost = np.where(better, cost, state.best_cost)
-        best_violation = np.where(better, violation, state.best_violation)
-        return SwarmState(
-            state.frame, ordering, state.generation + 1, 0, X, cost, violation,
-            velocities, best_positions, best_cost, best_violation,
-            ordering.find_best(best_cost, best_violation),
-        )  # fmt: skip
+            return state.evolve(
+                phase=0,
+                positions=X,
+                cost=cost,
+                violation=violation,
+                best_positions=X,
+                best_cost=cost,
+                best_violation=violation,
+                leader=ordering.find_best(cost, violation),
+            )
+        changes: dict[str, Any] = {"velocities": self._stop_at_walls(state, X)}
+        best_cost, best_violation = state.best_cost, state.best_violation
+        better = ordering.is_better(cost, violation, state.best_cost, state.best_violation).nonzero()[0]
+        if better.shape[0]:
+            best_positions = state.best_positions.copy()
+            best_cost, best_violation = best_cost.copy(), best_violation.copy()
+            best_positions[better] = X.take(better, 0)
+            best_cost[better], best_violation[better] = cost.take(better), violation.take(better)
+            changes.update(best_positions=best_positions, best_cost=best_cost, best_violation=best_violation)
+        # The rule may have changed since the last generation, so the leader is found anew every time.
+        changes["leader"] = ordering.find_best(best_cost, best_violation)
+        return state.evolve(
+            generation=state.generation + 1, positions=X, cost=cost, violation=violation, **changes
+        )
 
     def _stop_at_walls(self, state: SwarmState, X: FloatArray) -> FloatArray:
         """Return the velocities (n, d) after the walls had their say."""
         if self.wall == "keep":
             return state.velocities
-        free = X == state.positions + state.velocities
+        free = state.positions + state.velocities == X
         if self.wall == "zero":
             stopped: FloatArray = state.velocities * free
             return stopped

@@ -125,7 +125,7 @@ class FunctionProblem(Problem):
         evaluation = answer if isinstance(answer, Evaluation) else Evaluation(answer)
         if evaluation.cost.shape[0] != X.shape[0]:
             raise ValueError(
-                f"Problem {self.name!r} answered {evaluation.cost.shape[0]} costs for {X.shape[0]} candidates, "
-                "expected one a candidate."
+                f"Problem {self.name!r} answered {evaluation.cost.shape[0]} costs for {X.shape[0]} "
+                "candidates, expected one a candidate."
             )
         return evaluation

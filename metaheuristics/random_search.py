@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -34,4 +34,4 @@ class RandomSearch(Optimizer[State]):
     def absorb(self, state: State, X: FloatArray, cost: FloatArray, violation: FloatArray) -> State:
         """Forget the last batch; see `Optimizer.absorb`."""
         generation = 0 if state.phase == INITIAL_PHASE else state.generation + 1
-        return replace(state, generation=generation, phase=0, positions=X, cost=cost, violation=violation)
+        return state.evolve(generation=generation, phase=0, positions=X, cost=cost, violation=violation)

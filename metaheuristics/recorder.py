@@ -43,7 +43,7 @@ class Recorder:
 
     def update(self, X: FloatArray, evaluation: Evaluation) -> None:
         """Count the candidates (p, d) and keep the best of them if it beats the best so far."""
-        cost, violation = evaluation.scores()
+        cost, violation = evaluation.scores
         self.evaluations += X.shape[0]
         if evaluation.violation.shape[1]:
             i = int(np.where(violation == violation.min(), cost, np.inf).argmin())
@@ -113,7 +113,6 @@ def measure_spread(positions: FloatArray, inverse_width: FloatArray) -> float:
     """
     n, d = positions.shape
     weights = np.full(n, 1.0 / n)
-    centred = positions - weights @ positions
+    centred = positions - weights.dot(positions)
     centred *= centred
-    relative = np.sqrt(weights @ centred) @ inverse_width
-    return float(relative) / d
+    return float(np.sqrt(weights.dot(centred)).dot(inverse_width) / d)

@@ -126,5 +126,5 @@ class Solution:
 
     @property
     def feasible(self) -> bool:
-        """Whether there is an answer that keeps every constraint row exactly, by the problem's own account."""
+        """Whether there is an answer that keeps every constraint row, by the problem's own account."""
         return math.isfinite(self.cost) and self.total_violation == 0.0
