@@ -45,6 +45,18 @@ class Trajectory:
             raise InputError("a trajectory's breakpoints and coefficients must be finite numbers")
         if breakpoints.size < 2 or not (np.diff(breakpoints) > 0).all():
             raise InputError("a trajectory's breakpoints must increase strictly")
+        self._check_waypoint_times()
+
+    def _check_waypoint_times(self) -> None:
+        times, breakpoints = self.waypoint_times, self.breakpoints
+        if times.ndim != 1 or times.size < 2 or not (np.isfinite(times).all() and (np.diff(times) > 0).all()):
+            raise InputError("a trajectory's waypoint times must be at least two finite numbers that increase")
+        slack = 1e-9 * (breakpoints[-1] - breakpoints[0])
+        if abs(times[0] - breakpoints[0]) > slack or abs(times[-1] - breakpoints[-1]) > slack:
+            raise InputError(
+                f"a trajectory's waypoint times run from {times[0]:.9g} to {times[-1]:.9g} s, "
+                f"expected its span, {breakpoints[0]:.9g} to {breakpoints[-1]:.9g} s"
+            )
 
     @property
     def n(self) -> int:

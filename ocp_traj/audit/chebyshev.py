@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,9 @@ from ocp_traj.audit.roots import bracketed_root
 DEGREE = 16
 """Degree of the interpolants."""
 
-Function = Callable[[NDArray[np.int64], Array], Array]
+Pieces: TypeAlias = NDArray[np.int64]
+
+Function = Callable[[Pieces, Array], Array]
 """(pieces (S,), x (S, C)) -> values (S, C, k)."""
 
 Tolerance = Callable[[Array], Array]
@@ -73,17 +76,26 @@ class ChebyshevCurve:
         False when the number of segments ran out before the tolerance was met.
     """
 
-    pieces: NDArray[np.int64]
+    pieces: Pieces
     left: Array
     right: Array
     coefficients: Array
     bounds: Array
     resolved: bool
 
-    def position(self, segment: NDArray[np.int64], theta: Array) -> Array:
+    def position(self, segment: Pieces, theta: Array) -> Array:
         """Return x inside the piece for angles theta (x = cos theta over the segment)."""
-        middle, half = 0.5 * (self.left + self.right), 0.5 * (self.right - self.left)
-        return middle[segment] + half[segment] * np.cos(theta)
+        left, right = self.left[segment], self.right[segment]
+        inner = 0.5 * (left + right) + 0.5 * (right - left) * np.cos(theta)
+        return np.where(theta <= 0.0, right, np.where(theta >= np.pi, left, inner))
+
+    def locate(self, pieces: Pieces, x: Array) -> tuple[Pieces, Array]:
+        """Return the segment that holds each point x (P,) of pieces (P,), and the angle there."""
+        segment = np.searchsorted(self.pieces + self.left, pieces + x, side="right") - 1
+        segment = np.clip(segment, np.searchsorted(self.pieces, pieces), None)
+        segment = np.minimum(segment, np.searchsorted(self.pieces, pieces, side="right") - 1)
+        left, right = self.left[segment], self.right[segment]
+        return segment, np.arccos(np.clip((2.0 * x - left - right) / (right - left), -1.0, 1.0))
 
 
 def differentiate(coefficients: Array) -> Array:
@@ -92,14 +104,14 @@ def differentiate(coefficients: Array) -> Array:
 
 
 def fit(
-    function: Function, pieces: NDArray[np.int64], left: Array, right: Array, tolerance: Tolerance
+    function: Function, pieces: Pieces, left: Array, right: Array, tolerance: Tolerance
 ) -> ChebyshevCurve:
     """Interpolate `function` on segments, halving them until the error bound meets the tolerance.
 
     A segment is halved at most 30 times: what is left of a jump then is narrower than 1e-9 of its piece, and
-    the values on both of its sides are known.
+    the values on both of its sides are known. A segment with values that are no finite numbers stays as it is.
     """
-    done: list[tuple[NDArray[np.int64], Array, Array, Array, Array]] = []
+    done: list[tuple[Pieces, Array, Array, Array, Array]] = []
     whole = right - left
     largest: Array | None = None
     count, resolved = 0, True
@@ -107,7 +119,7 @@ def fit(
         coefficients, error, magnitude = _interpolate(function, pieces, left, right)
         largest = magnitude if largest is None else np.maximum(largest, magnitude)
         narrow = right - left <= whole * 0.5**_MAX_HALVINGS
-        good = (error <= tolerance(largest)).all(axis=1) | narrow
+        good = (error <= tolerance(largest)).all(axis=1) | narrow | ~np.isfinite(error).all(axis=1)
         count += int(good.sum())
         if count + 2 * int((~good).sum()) > _MAX_SEGMENTS:
             good[:] = True
@@ -123,7 +135,7 @@ def fit(
 
 
 def _interpolate(
-    function: Function, pieces: NDArray[np.int64], left: Array, right: Array
+    function: Function, pieces: Pieces, left: Array, right: Array
 ) -> tuple[Array, Array, Array]:
     """Return coefficients (S, k, .), error bounds (S, k) and the largest magnitudes (k,)."""
     points = np.concatenate([_NODES, _CHECKS])
@@ -143,16 +155,17 @@ def evaluate(coefficients: Array, theta: Array) -> Array:
 
 
 def _slopes(coefficients: Array, order: int) -> Callable[[Array], tuple[Array, Array]]:
-    """Return theta -> derivatives `order` (1 or 2) and `order` + 1 of the series with respect to theta."""
+    """Return theta -> derivatives `order` (0, 1 or 2) and `order` + 1 of the series with respect to theta."""
+    weights = [coefficients * _ORDERS**power for power in (order, order + 1)]
+    waves: list[Callable[[Array], Array]] = [np.cos, np.sin, np.cos, np.sin]
+    signs = [1.0, -1.0, -1.0, 1.0]
 
     def value_and_slope(theta: Array) -> tuple[Array, Array]:
         angle = np.multiply.outer(theta, _ORDERS)
-        sine, cosine = np.sin(angle) * _ORDERS, np.cos(angle) * _ORDERS**2
-        first = -np.einsum("rk,rk->r", coefficients, sine)
-        second = -np.einsum("rk,rk->r", coefficients, cosine)
-        if order == 1:
-            return first, second
-        return second, np.einsum("rk,rk->r", coefficients, sine * _ORDERS**2)
+        value, slope = (
+            signs[order + i] * np.einsum("rk,rk->r", weights[i], waves[order + i](angle)) for i in (0, 1)
+        )
+        return value, slope
 
     return value_and_slope
 
@@ -161,7 +174,7 @@ _FIRST = -_ORDERS[:, None] * np.sin(np.outer(_ORDERS, _THETA))
 _SECOND = -(_ORDERS**2)[:, None] * np.cos(np.outer(_ORDERS, _THETA))
 
 
-def critical_points(coefficients: Array) -> tuple[NDArray[np.int64], Array]:
+def critical_points(coefficients: Array) -> tuple[Pieces, Array]:
     """Return the row and angle of every interior extremum of series (R, .), and of both ends of every row.
 
     The second derivative's sign changes on a grid eight times finer than the nodes, refined, and the grid itself
@@ -186,3 +199,22 @@ def critical_points(coefficients: Array) -> tuple[NDArray[np.int64], Array]:
     inner = bracketed_root(_slopes(coefficients[row_all], 1), left, right, rising)
     ends = np.concatenate([np.zeros(len(rows)), np.full(len(rows), np.pi)])
     return np.concatenate([row_all, rows, rows]), np.concatenate([inner, ends])
+
+
+def zeros(coefficients: Array) -> tuple[Pieces, Array]:
+    """Return the row and angle of every sign change of series (R, .)."""
+    row, theta = critical_points(coefficients)
+    order = np.lexsort((theta, row))
+    row, theta = row[order], theta[order]
+    values = evaluate(coefficients[row], theta)
+    index = np.flatnonzero((row[1:] == row[:-1]) & ((values[1:] < 0) != (values[:-1] < 0)))
+    return row[index], bracketed_root(
+        _slopes(coefficients[row[index]], 0), theta[index], theta[index + 1], values[index] < 0
+    )
+
+
+def integrals(coefficients: Array) -> Array:
+    """Return the integrals of series (R, .) over [-1, 1]: the sum over even k of 2 c_k / (1 - k^2)."""
+    even = _ORDERS[::2]
+    values: Array = coefficients[:, ::2] @ (2.0 / (1.0 - even**2))
+    return values

@@ -6,12 +6,14 @@ what the solvers are given.
 
 from __future__ import annotations
 
-from ocp_traj.audit.conditions import boundary_miss, duration_findings, scale_bounds, waypoint_miss
+from ocp_traj.audit.conditions import boundary_miss, duration_findings, waypoint_miss
+from ocp_traj.audit.curves import constraint_peaks, speed_peaks
 from ocp_traj.audit.kinematics import jumps, kinematic_peaks
 from ocp_traj.audit.motion import Motion
 from ocp_traj.audit.scale import smallest_scale
 from ocp_traj.audit.torque import TorqueCurve, relative_bound, torque_curve, torque_peaks, torque_rate_peaks
 from ocp_traj.audit.verdict import Extremum, Verdict
+from ocp_traj.audit.waypoints import with_waypoint_times
 from ocp_traj.exceptions import InputError
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
@@ -40,21 +42,17 @@ def audit(task: TrajectoryTask, trajectory: Trajectory) -> Verdict:
     """
     if trajectory.n != task.n:
         raise InputError(f"the trajectory has {trajectory.n} joints, expected {task.n}")
-    if len(trajectory.waypoint_times) != len(task.waypoints):
-        raise InputError(
-            f"the trajectory passes {len(trajectory.waypoint_times)} waypoints, expected {len(task.waypoints)}"
-        )
-    motion = Motion.of(trajectory)
+    motion = Motion.of(with_waypoint_times(task, trajectory))
     peaks = kinematic_peaks(task, motion) + jumps(task, motion)
-    torques = None
-    findings: list[str] = []
+    torques, findings = None, []
     if task.limited("torque") or task.limited("torque_rate"):
         torques = torque_curve(task, motion)
-        if task.limited("torque"):
-            peaks += torque_peaks(task, torques)
-        if task.limited("torque_rate"):
-            peaks += torque_rate_peaks(task, torques)
+        peaks += torque_peaks(task, torques) if task.limited("torque") else []
+        peaks += torque_rate_peaks(task, torques) if task.limited("torque_rate") else []
         findings += _unresolved(task, torques)
+    for more_peaks, more_findings in (speed_peaks(task, motion), constraint_peaks(task, motion)):
+        peaks += more_peaks
+        findings += more_findings
     waypoint_error, waypoint_findings = waypoint_miss(task, motion)
     boundary_error, boundary_findings = boundary_miss(task, motion)
     findings += waypoint_findings + boundary_findings
@@ -71,7 +69,7 @@ def audit(task: TrajectoryTask, trajectory: Trajectory) -> Verdict:
         boundary_error=boundary_error,
         smallest_feasible_scale=None
         if findings
-        else smallest_scale(task, peaks, torques, scale_bounds(task, motion), feasible),
+        else smallest_scale(task, motion, peaks, torques, feasible),
         findings=tuple([str(peak) for peak in broken] + findings + late),
         torque_bound=0.0 if torques is None else relative_bound(task, torques),
         case=task.name,

@@ -102,6 +102,13 @@ class Motion:
             values = values * x[:, :, None] + base[:, None, :, power]
         return values / self.durations[pieces][:, None, None] ** order
 
+    def sample_joint(
+        self, x: Array, pieces: NDArray[np.int64], joints: NDArray[np.int64], order: int
+    ) -> Array:
+        """Evaluate one joint (S,) at points x (S, C) of chosen pieces (S,), giving (S, C), SI."""
+        values = evaluate(self.coefficients[order][pieces, joints], x)
+        return values / self.durations[pieces][:, None] ** order
+
     def noise(self, order: int) -> Array:
         """Size of a derivative that rounding the positions to doubles can make, (m, n), SI.
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from ocp_traj.arrays import Array
 from ocp_traj.audit import chebyshev
+from ocp_traj.audit.conditions import scale_bounds
+from ocp_traj.audit.curves import constraint_peaks
+from ocp_traj.audit.motion import Motion
 from ocp_traj.audit.polynomials import evaluate, roots_in_unit_interval
 from ocp_traj.audit.torque import TorqueCurve
 from ocp_traj.audit.verdict import Extremum
@@ -15,13 +18,15 @@ from ocp_traj.task import TrajectoryTask
 _POWER = {"velocity": 1, "cartesian_speed": 1, "acceleration": 2, "jerk": 3}
 _MAX_EXCHANGES = 30
 _TOLERANCE = 1e-10
+_SLOWEST_START = 1e-6
+_SLOWEST = 1e6
 
 
 def smallest_scale(
     task: TrajectoryTask,
+    motion: Motion,
     peaks: list[Extremum],
     torques: TorqueCurve | None,
-    bounds: tuple[float, float],
     feasible: bool,
 ) -> float | None:
     """Return the smallest s for which the motion run s times slower keeps every limit, or None.
@@ -30,7 +35,8 @@ def smallest_scale(
     gravity + viscous / s + inertial / s^2 + Coulomb friction: at given times the forbidden s are intervals
     between roots of polynomials; times are added where the torque is largest until none is above its limit
     (an exchange method: each round solves for a growing set of times and looks for the worst time left).
-    Limits are met without the judge's 1e-6.
+    A user's own constraints are asked again on the slowed motion; where they need it, the smallest slowing above
+    the one found is sought by bracketing. Limits are met without the judge's 1e-6.
 
     Parameters
     ----------
@@ -38,20 +44,42 @@ def smallest_scale(
         The largest ratios at s = 1.
     torques : TorqueCurve or None
         None when neither torque nor torque rate is limited.
-    bounds : (float, float)
-        What the bounds on durations allow.
     feasible : bool
-        The verdict at s = 1: the answer for motions that do not start and end at rest.
+        The verdict at s = 1: it decides for motions that do not start and end at rest.
     """
     if not task.boundary.is_rest:
         return 1.0 if feasible else None
-    if any(not np.isfinite(peak.ratio) or (peak.limit == "position" and peak.broken) for peak in peaks):
+    fixed = [peak for peak in peaks if peak.limit == "position"]
+    if any(peak.broken for peak in fixed) or not all(np.isfinite(peak.ratio) for peak in peaks):
         return None
+    least, most = scale_bounds(task, motion)
     needed = [peak.ratio ** (1.0 / _POWER[peak.limit]) for peak in peaks if peak.limit in _POWER]
-    smallest = max([bounds[0], *needed])
-    if torques is not None:
-        return _with_torques(task, torques, smallest, bounds[1])
-    return smallest if smallest <= bounds[1] else None
+    scale: float | None = max([least, *needed])
+    if scale is not None and torques is not None:
+        scale = _with_torques(task, torques, scale, most)
+    if scale is None or scale > most:
+        return None
+    return _with_constraints(task, motion, scale, most) if task.constraints else scale
+
+
+def _with_constraints(task: TrajectoryTask, motion: Motion, smallest: float, largest: float) -> float | None:
+    """Return a slowing in [smallest, largest] that keeps the user's own constraints, too: the first one found."""
+
+    def excess(log_scale: float) -> float:
+        slowed = Motion.of(motion.trajectory.scaled(float(np.exp(log_scale))))
+        return max(peak.ratio for peak in constraint_peaks(task, slowed)[0]) - 1.0
+
+    low = float(np.log(max(smallest, _SLOWEST_START)))
+    if excess(low) <= 0.0:
+        return float(np.exp(low))
+    high = float(np.log(min(largest, _SLOWEST)))
+    steps = np.unique(np.clip(low + np.array([0.05, 0.2, 0.7, 2.0, 5.0, np.inf]), low, high))
+    for high in steps[steps > low]:
+        if (value := excess(float(high))) <= 0.0:
+            root = high if value == 0.0 else brentq(excess, low, high, xtol=_TOLERANCE)
+            return float(np.exp(min(root + 2.0 * _TOLERANCE, high)))
+        low = float(high)
+    return None
 
 
 def _with_torques(task: TrajectoryTask, torques: TorqueCurve, smallest: float, largest: float) -> float | None:
@@ -99,13 +127,13 @@ class _Curve:
         self.limits = task.limits.get(name)[torques.gaps].transpose(0, 2, 1).reshape(-1, 2)
 
     @property
-    def grid(self) -> tuple[NDArray[np.int64], Array]:
+    def grid(self) -> tuple[chebyshev.Pieces, Array]:
         """Rows and angles to begin with: the nodes of every row."""
         rows = self.parts.shape[1]
         theta = np.linspace(0.0, np.pi, chebyshev.DEGREE + 1)
         return np.repeat(np.arange(rows), theta.size), np.tile(theta, rows)
 
-    def violations(self, row: NDArray[np.int64], theta: Array) -> Array:
+    def violations(self, row: chebyshev.Pieces, theta: Array) -> Array:
         """Return polynomials in x that are above 0 where a limit is broken, (R, d + 1)."""
         values = np.stack([chebyshev.evaluate(part[row], theta) for part in self.parts], axis=1)
         above, below = values.copy(), -values
@@ -114,7 +142,7 @@ class _Curve:
         both = np.concatenate([above, below])
         return both[np.isfinite(both[:, 0])]
 
-    def violated(self, x: float) -> tuple[NDArray[np.int64], Array]:
+    def violated(self, x: float) -> tuple[chebyshev.Pieces, Array]:
         """Return rows and angles of the extrema above the limits at slowing 1/x."""
         series = np.tensordot(x ** np.arange(len(self.parts)), self.parts, axes=1)
         row, theta = chebyshev.critical_points(series)

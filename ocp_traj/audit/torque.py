@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ocp_traj.arrays import Array
 from ocp_traj.audit import chebyshev
@@ -49,7 +48,7 @@ class TorqueCurve:
         return self.motion.n
 
     @property
-    def gaps(self) -> NDArray[np.int64]:
+    def gaps(self) -> chebyshev.Pieces:
         """Gap between waypoints of each segment, (S,)."""
         return self.motion.gaps[self.curve.pieces]
 
@@ -75,7 +74,7 @@ class TorqueCurve:
         per_second = 2.0 * x / self.seconds
         return chebyshev.differentiate(self.coefficients(x)) * per_second[:, None, None]
 
-    def times(self, segment: NDArray[np.int64], theta: Array) -> Array:
+    def times(self, segment: chebyshev.Pieces, theta: Array) -> Array:
         """Return the times of angles in segments, s."""
         piece = self.curve.pieces[segment]
         return self.motion.starts[piece] + self.motion.durations[piece] * self.curve.position(segment, theta)
@@ -103,11 +102,32 @@ def torque_curve(task: TrajectoryTask, motion: Motion) -> TorqueCurve:
         rate_allowed = _RATE_TOLERANCE * rate * length / (2 * chebyshev.DEGREE**2)
         return np.tile(np.maximum(np.minimum(allowed, rate_allowed), floor), 3)
 
-    pieces, left, right = _segments(robot, motion)
+    pieces, left, right = segments(task, motion)
     curve = chebyshev.fit(_parts(robot, motion), pieces, left, right, tolerance)
-    middle = motion.sample(0.5 * (curve.left + curve.right)[:, None], curve.pieces, 1)[:, 0]
-    moving = np.abs(middle) > motion.noise(1)[curve.pieces]
-    return TorqueCurve(motion, curve, robot.friction.coulomb * np.sign(middle) * moving)
+    sign = _directions(motion, curve.pieces, 0.5 * (curve.left + curve.right))
+    return TorqueCurve(motion, curve, robot.friction.coulomb * sign)
+
+
+def _directions(motion: Motion, pieces: chebyshev.Pieces, x: Array) -> Array:
+    """Return the sign of every velocity at one point of each piece, (S, n); 0 for a joint at rest."""
+    v = motion.sample(x[:, None], pieces, 1)[:, 0]
+    signs: Array = np.sign(v) * (np.abs(v) > motion.noise(1)[pieces])
+    return signs
+
+
+def torques_at(
+    task: TrajectoryTask, motion: Motion, pieces: chebyshev.Pieces, x: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Return q, v, a, tau, each (S C, n), at points x (S, C); each row of x inside one of `segments`.
+
+    Coulomb friction acts against the velocity in the middle of the row. Without a robot that has inertia tau is 0.
+    """
+    q, v, a = (motion.sample(x, pieces, order).reshape(-1, motion.n) for order in range(3))
+    robot = task.robot
+    if robot is None or not robot.has_inertia:
+        return q, v, a, np.zeros_like(q)
+    sign = np.repeat(_directions(motion, pieces, x.mean(axis=1)), x.shape[1], axis=0)
+    return q, v, a, robot.torque(q, v, a) + robot.friction.coulomb * (sign - np.sign(v))
 
 
 def _smallest_limit(task: TrajectoryTask, name: str) -> Array:
@@ -118,7 +138,7 @@ def _smallest_limit(task: TrajectoryTask, name: str) -> Array:
 def _parts(robot: Robot, motion: Motion) -> chebyshev.Function:
     """Return (pieces, x) -> gravity, viscous friction and inertial torques, Coulomb friction taken off."""
 
-    def parts(pieces: NDArray[np.int64], x: Array) -> Array:
+    def parts(pieces: chebyshev.Pieces, x: Array) -> Array:
         states = [motion.sample(x, pieces, order) for order in range(3)]
         q, v, a = (state.reshape(-1, motion.n) for state in states)
         still = np.zeros_like(q)
@@ -130,12 +150,15 @@ def _parts(robot: Robot, motion: Motion) -> chebyshev.Function:
     return parts
 
 
-def _segments(robot: Robot, motion: Motion) -> tuple[NDArray[np.int64], Array, Array]:
-    """Return the pieces, cut where a velocity with Coulomb friction may change its sign."""
-    rubbing = np.flatnonzero(robot.friction.coulomb > 0)
+def segments(task: TrajectoryTask, motion: Motion) -> tuple[chebyshev.Pieces, Array, Array]:
+    """Return the pieces and the left and right ends inside them, cut where Coulomb friction may turn round."""
     count = len(motion.starts)
+    if task.robot is None or not task.robot.has_inertia:
+        return np.arange(count), np.zeros(count), np.ones(count)
+    rubbing = np.flatnonzero(task.robot.friction.coulomb > 0)
     cuts = motion.candidates[0][:, rubbing].reshape(count, -1)
     cuts = np.sort(np.concatenate([np.zeros((count, 1)), cuts, np.ones((count, 1))], axis=1), axis=1)
+    cuts[:, 1:-1][cuts[:, 1:-1] > 1.0 - _SHORTEST_SEGMENT] = 1.0
     piece, column = np.nonzero(np.diff(cuts, axis=1) > _SHORTEST_SEGMENT)
     return piece, cuts[piece, column], cuts[piece, column + 1]
 
