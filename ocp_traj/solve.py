@@ -1,0 +1,232 @@
+"""Solve a task, audit the answer, and keep both: nothing is called feasible by its solver."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ocp_traj.audit import Verdict, audit
+from ocp_traj.energy import energy, objective_value
+from ocp_traj.solvers import Outcome, Request, Solver, parse_solver
+from ocp_traj.trajectory_files import to_json as trajectory_to_json
+
+if TYPE_CHECKING:
+    from metaheuristics import Solution
+    from ocp_traj.arrays import Array
+    from ocp_traj.task import TrajectoryTask
+    from ocp_traj.trajectory import Trajectory
+
+LARGEST_REPAIR = 1.02
+"""Uniform slowing that still counts as rounding off a solver's sampled limits; more is a different motion."""
+
+
+@dataclass(frozen=True, eq=False)
+class SolveResult:
+    """One solver's answer to one task, judged.
+
+    Attributes
+    ----------
+    task : TrajectoryTask
+    solver : str
+        Name with parameters, as asked for.
+    seed : int
+    trajectory : Trajectory or None
+        The motion, after the final uniform scaling; None when the solver has none.
+    audit : Verdict or None
+    solution : metaheuristics.Solution
+        What the solver itself says.
+    counts : dict
+        Calls of the problem's functions.
+    scaled_by : float
+        The uniform slowing that made the motion keep its limits exactly, usually 1 + 1e-8; 1 when none was needed.
+    diagnosis : str
+        Why there is no feasible answer.
+    """
+
+    task: TrajectoryTask
+    solver: str
+    seed: int
+    trajectory: Trajectory | None
+    audit: Verdict | None
+    solution: Solution
+    counts: dict[str, int]
+    scaled_by: float
+    diagnosis: str = ""
+
+    @property
+    def feasible(self) -> bool:
+        """The audit's verdict."""
+        return self.audit is not None and self.audit.feasible
+
+    @property
+    def duration(self) -> float | None:
+        """Duration of the motion, s."""
+        return None if self.trajectory is None else self.trajectory.duration
+
+    @cached_property
+    def energy(self) -> float | None:
+        """Integral of sum |tau qdot| dt, J; None without a robot that has inertia."""
+        return None if self.trajectory is None else energy(self.task, self.trajectory)
+
+    @cached_property
+    def objective(self) -> float | None:
+        """The task's weighted objective of the motion, by exact or adaptive integration."""
+        return None if self.trajectory is None else objective_value(self.task, self.trajectory)
+
+    @property
+    def segment_durations(self) -> Array:
+        """Duration of every gap between waypoints, (K - 1,), s."""
+        return np.empty(0) if self.trajectory is None else self.trajectory.segment_durations
+
+    @property
+    def status(self) -> str:
+        """The solver's own status, as in files."""
+        return self.solution.status.key
+
+    @property
+    def message(self) -> str:
+        """What the solver itself said, and why the answer is not feasible if it is not."""
+        return f"{self.solution.message} {self.diagnosis}".strip()
+
+    @property
+    def encoding(self) -> str:
+        """What the variables meant to the solver."""
+        return str(getattr(self.solution.problem, "encoding", ""))
+
+    def to_json(self, references: dict[str, Any] | None = None) -> dict[str, Any]:
+        """Return the result as the contract's section 3 states it; every number finite or null."""
+        verdict = self.audit.to_json() if self.audit is not None else None
+        return {
+            "schema": 1,
+            "case": self.task.name,
+            "solver": self.solver,
+            "seed": self.seed,
+            "status": self.status,
+            "message": self.message,
+            "feasible": self.feasible,
+            "objective": _finite(self.objective),
+            "duration": _finite(self.duration),
+            "energy": _finite(self.energy),
+            "segment_durations": [float(h) for h in self.segment_durations],
+            "worst": None if verdict is None else verdict["worst"],
+            "evaluations": self.solution.evaluations,
+            "counts": self.counts,
+            "encoding": self.encoding,
+            "scaled_by": self.scaled_by,
+            "build_time": self.solution.build_time,
+            "solve_time": self.solution.solve_time,
+            "references": references,
+            "trajectory": None if self.trajectory is None else trajectory_to_json(self.trajectory),
+            "versions": versions(),
+        }
+
+    def __str__(self) -> str:
+        verdict = "feasible" if self.feasible else "NOT feasible"
+        lines = [f"{self.task.name}, {self.solver} (seed {self.seed}): {self.status}, {verdict} by the audit"]
+        if self.trajectory is not None:
+            energy_text = "" if self.energy is None else f", energy {self.energy:.6g} J"
+            lines.append(f"  duration {self.duration:.6g} s, objective {self.objective:.6g}{energy_text}")
+        if self.audit is not None and self.audit.worst is not None:
+            worst = self.audit.worst
+            joint = f", joint {worst.joint + 1}" if worst.joint >= 0 else ""
+            lines.append(f"  closest limit: {worst.limit}{joint} at {worst.time:.4g} s, ratio {worst.ratio:.9g}")
+        lines.append(
+            f"  {self.solution.evaluations} evaluations, build {self.solution.build_time:.3g} s, "
+            f"solve {self.solution.solve_time:.3g} s; {self.message}"
+        )
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        return f"<pre>{escape(str(self))}</pre>"
+
+
+def solve(
+    task: TrajectoryTask,
+    solver: str | Solver = "ipopt",
+    *,
+    seed: int = 0,
+    budget: int | None = None,
+    time_limit: float | None = None,
+    progress: Any = None,
+    warm_start: Trajectory | None = None,
+) -> SolveResult:
+    """Solve a task with one solver and audit the answer.
+
+    Parameters
+    ----------
+    task : TrajectoryTask
+    solver : str or Solver
+        A name from ``ocp-traj list solvers``, with parameters if wanted: ``"pso[population=50]"``.
+    seed : int
+        Source of all randomness.
+    budget : int, optional
+        Evaluations of x at most.
+    time_limit : float, optional
+        Seconds at most.
+    progress : callable, optional
+        Called now and then; a true answer stops the solver.
+    warm_start : Trajectory, optional
+        A motion to start from.
+
+    Returns
+    -------
+    SolveResult
+
+    Raises
+    ------
+    UnknownNameError, UnavailableError
+        The solver does not exist or cannot be loaded.
+    InputError
+        The task is nothing the solver can work on.
+    """
+    name = solver if isinstance(solver, str) else type(solver).__name__
+    chosen = parse_solver(solver) if isinstance(solver, str) else solver
+    outcome = chosen.run(task, Request(seed, budget, time_limit, progress, warm_start))
+    return judge(task, name, seed, outcome)
+
+
+def judge(task: TrajectoryTask, name: str, seed: int, outcome: Outcome) -> SolveResult:
+    """Audit a solver's outcome; a motion over its limits by rounding or sampling is slowed into them first."""
+    trajectory = outcome.trajectory
+    if trajectory is None:
+        return SolveResult(task, name, seed, None, None, outcome.solution, outcome.counts, 1.0, outcome.diagnosis)
+    begin = time.perf_counter()
+    verdict = audit(task, trajectory)
+    scaled_by = 1.0
+    scale = verdict.smallest_feasible_scale
+    if not verdict.feasible and scale is not None and 1.0 < scale <= LARGEST_REPAIR:
+        slower = trajectory.scaled(scale)
+        repaired = audit(task, slower)
+        if repaired.feasible:
+            trajectory, verdict, scaled_by = slower, repaired, scale
+    diagnosis = outcome.diagnosis
+    if not verdict.feasible and not diagnosis and verdict.findings:
+        diagnosis = verdict.findings[0]
+    elapsed = time.perf_counter() - begin
+    solution = replace(outcome.solution, solve_time=outcome.solution.solve_time + elapsed)
+    return SolveResult(task, name, seed, trajectory, verdict, solution, outcome.counts, scaled_by, diagnosis)
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of this package and of those its numbers depend on."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    import ocp_traj
+
+    found = {"ocp_traj": ocp_traj.__version__}
+    for package in ("casadi", "pin", "numpy", "scipy", "toppra", "cvxpy", "clarabel"):
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def _finite(value: float | None) -> float | None:
+    return None if value is None or not np.isfinite(value) else float(value)

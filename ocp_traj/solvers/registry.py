@@ -1,0 +1,169 @@
+"""Solvers by name. A new one is a file with a `Solver` subclass, and one line in `ENTRIES`.
+
+A package of somebody else adds its own through the entry-point group ``ocp_traj.solvers``: the entry's name is
+the solver's, its object a `Solver` subclass. Nothing here imports a solver before it is asked for.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+import re
+from dataclasses import dataclass, field
+from importlib import metadata
+from typing import Any
+
+from ocp_traj.exceptions import InputError, UnavailableError, UnknownNameError
+from ocp_traj.solvers.solver import Solver
+
+GROUP = "ocp_traj.solvers"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Where a solver lives: module, class, the settings its name stands for, and the packages it needs."""
+
+    module: str
+    attribute: str
+    kind: str
+    summary: str
+    settings: dict[str, Any] = field(default_factory=dict)
+    requires: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class SolverInfo:
+    """A row of ``ocp-traj list solvers``."""
+
+    name: str
+    kind: str
+    available: bool
+    reason: str
+    summary: str = ""
+
+
+def _population(method: str, summary: str, requires: tuple[str, ...] = ()) -> Entry:
+    return Entry("ocp_traj.solvers.population", "Population", "population", summary, {"method": method}, requires)
+
+
+def _plugin(plugin: str, summary: str) -> Entry:
+    return Entry("ocp_traj.solvers.gradient", "Gradient", "gradient", summary, {"plugin": plugin})
+
+
+ENTRIES: dict[str, Entry] = {
+    "ipopt": _plugin("ipopt", "interior point with exact sparse derivatives"),
+    "pso": _population("pso", "particle swarm, linear inertia"),
+    "ssa": _population("ssa", "sparrow search as published"),
+}
+
+
+def solver_names() -> list[str]:
+    """Return the names of all solvers, this package's first, then those found by entry point."""
+    return [*ENTRIES, *sorted(name for name in _entry_points() if name not in ENTRIES)]
+
+
+def solver_table() -> list[SolverInfo]:
+    """Return every solver with the reason why it cannot be loaded, if so."""
+    rows = []
+    for name in solver_names():
+        entry = ENTRIES.get(name)
+        reason = ""
+        try:
+            solver = parse_solver(name)
+            check = getattr(solver, "check_available", None)
+            if check is not None:
+                check()
+        except UnavailableError as error:
+            reason = str(error)
+        kind = entry.kind if entry else "third-party"
+        rows.append(SolverInfo(name, kind, not reason, reason, entry.summary if entry else "found by entry point"))
+    return rows
+
+
+def parse_solver(text: str) -> Solver:
+    """Return the solver that ``name[key=value,...]`` or ``name@preset[...]`` stands for.
+
+    Raises
+    ------
+    UnknownNameError
+        There is no such solver, setting or preset; the message lists what there is.
+    UnavailableError
+        It exists but cannot be loaded here; says why.
+    """
+    match = re.fullmatch(r"\s*([\w+.-]+)(?:@([\w+.-]+))?(?:\[(.*)\])?\s*", text, re.DOTALL)
+    if match is None:
+        raise UnknownNameError(f"solver {text!r} cannot be read, expected name, name[key=value,...] or name@preset")
+    name, preset, parameters = match.groups()
+    cls, settings = _load(name)
+    given = {} if parameters is None else _read_parameters(text, parameters)
+    if preset is not None:
+        given = {"preset": preset, **given}
+    make = getattr(cls, "from_settings", None)
+    if make is not None:
+        made: Solver = make({**settings, **given})
+        return made
+    return _construct(name, cls, {**settings, **given})
+
+
+def split_solvers(text: str) -> list[str]:
+    """Split a comma-separated list of solvers; commas inside brackets belong to a solver."""
+    parts = re.split(r",(?![^\[]*\])", text)
+    return [part.strip() for part in parts if part.strip()]
+
+
+def _entry_points() -> dict[str, metadata.EntryPoint]:
+    return {entry.name: entry for entry in metadata.entry_points(group=GROUP)}
+
+
+def _load(name: str) -> tuple[type[Solver], dict[str, Any]]:
+    entry = ENTRIES.get(name)
+    if entry is None:
+        points = _entry_points()
+        if name not in points:
+            raise UnknownNameError(f"solver {name!r} is unknown, expected one of {', '.join(solver_names())}")
+        try:
+            return points[name].load(), {}
+        except Exception as error:  # somebody else's package: whatever it raises is the reason we report
+            raise UnavailableError(f"solver {name!r} cannot be loaded: {error}") from error
+    try:
+        for package in entry.requires:
+            importlib.import_module(package)
+        module = importlib.import_module(entry.module)
+    except ImportError as error:
+        raise UnavailableError(f"solver {name!r} cannot be loaded: {error}") from error
+    return getattr(module, entry.attribute), dict(entry.settings)
+
+
+def _construct(name: str, cls: type[Solver], settings: dict[str, Any]) -> Solver:
+    known = {entry.name: entry for entry in dataclasses.fields(cls)} if dataclasses.is_dataclass(cls) else {}
+    unknown = set(settings) - set(known)
+    if unknown:
+        raise UnknownNameError(
+            f"solver {name!r} has no setting {min(unknown)!r}, expected one of {', '.join(known) or 'none'}"
+        )
+    try:
+        return cls(**settings)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"solver {name!r}: {error}") from error
+
+
+def _read_parameters(text: str, parameters: str) -> dict[str, Any]:
+    values: dict[str, Any] = {}
+    for part in parameters.split(","):
+        key, separator, value = part.partition("=")
+        if not separator or not key.strip():
+            raise UnknownNameError(f"solver {text!r}: {part!r} cannot be read, expected key=value")
+        values[key.strip()] = read_value(value.strip())
+    return values
+
+
+def read_value(text: str) -> Any:
+    """Read a whole number, a number, true, false or none; anything else is a word."""
+    if text.lower() in ("true", "false", "none"):
+        return {"true": True, "false": False, "none": None}[text.lower()]
+    for convert in (int, float):
+        try:
+            return convert(text)
+        except ValueError:
+            continue
+    return text.strip("'\"")
