@@ -49,9 +49,8 @@ def read_robot(section: Section, folder: Path, trusted: Collection[str]) -> Robo
     section.check_keys(KEYS)
     given = [name for name in DESCRIPTIONS if name in section]
     if len(given) != 1:
-        raise section.error(
-            "", f"{' and '.join(given) or 'none'} of model, urdf, dh given, expected exactly one"
-        )
+        told = " and ".join(given) or "none"
+        raise section.error("", f"{told} given, expected exactly one of {', '.join(DESCRIPTIONS)}")
     if "lock" in section and given != ["urdf"]:
         raise section.error("lock", "locks joints of a urdf, but the robot is given otherwise")
     kind = given[0]

@@ -31,23 +31,27 @@ def read_text(path: Path, file: str) -> str:
     CaseError
         The file is missing, is no regular file, cannot be read, is too large, or is not UTF-8.
     """
-    try:
-        if not path.exists():
-            raise CaseError(file, "", "does not exist")
-        if not path.is_file():
-            raise CaseError(file, "", "is not a regular file")
-        with path.open("rb") as stream:
-            content = stream.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise CaseError(file, "", f"cannot be read ({error.strerror or error})") from None
-    except ValueError:
-        raise CaseError(file, "", "is not a path (it holds a null character)") from None
+    content = _read_bytes(path, file)
     if len(content) > MAX_BYTES:
         raise CaseError(file, "", f"is larger than {MAX_BYTES // 1_000_000} MB, expected a case file")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise CaseError(file, "", f"is not UTF-8 text (byte {error.start})") from None
+
+
+def _read_bytes(path: Path, file: str) -> bytes:
+    if "\0" in str(path):
+        raise CaseError(file, "", "is no path, it holds a null character")
+    try:
+        if not path.exists():
+            raise CaseError(file, "", "does not exist")
+        if not path.is_file():
+            raise CaseError(file, "", "is not a regular file")
+        with path.open("rb") as stream:
+            return stream.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise CaseError(file, "", f"cannot be read ({error.strerror or error})") from None
 
 
 def parse_toml(text: str, file: str) -> dict[str, Any]:

@@ -29,7 +29,7 @@ def joint_factors(section: Section, n: int, robot: Robot | None) -> Array:
     given = section.data["unit"]
     units = given if isinstance(given, list) else [given] * n
     if len(units) != n:
-        raise section.error("unit", f"{len(units)} units given, expected one, or {n}: one a joint")
+        raise section.error("unit", f"{len(units)} given, expected one, or {n}: one a joint")
     for index, unit in enumerate(units):
         if not isinstance(unit, str) or unit not in FACTORS:
             hint = did_you_mean(unit, FACTORS) if isinstance(unit, str) else ""

@@ -1,0 +1,155 @@
+"""The direction of imports: imports lead downwards, and third parties stay behind their fences."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+
+LAYERS = (
+    ("exceptions", "arrays", "units"),
+    ("robot", "spline"),
+    ("constraints", "objectives", "trajectory"),
+    ("task",),
+    ("nlp", "transcription", "case", "trajectory_files"),
+    ("audit", "energy", "references"),
+    ("solvers", "solve"),
+    ("papers", "comparison"),
+    ("cli",),
+)
+"""Parts of ocp_traj from lowest to highest; one imports from its own layer and those below."""
+
+BUILDERS = ("robot", "spline", "constraints", "objectives", "nlp", "transcription", "solvers")
+"""Where CasADi symbols are built or solved."""
+
+FENCES = {
+    "pinocchio": ("robot",),
+    "casadi": (*BUILDERS, "audit", "references"),  # the judge evaluates a user's own CasADi constraint
+    "toppra": ("references",),
+    "cvxpy": ("references",),
+    "clarabel": ("references",),
+    "pandas": ("comparison",),
+    "matplotlib": ("comparison",),
+    "tomllib": ("case",),
+    "tomli": ("case",),
+    "tomli_w": ("case",),
+    "click": ("cli",),
+    "sqlite3": ("comparison",),
+}
+"""Third-party modules and the only parts that import them."""
+
+
+def modules(package: str) -> list[Path]:
+    return sorted((ROOT / package).rglob("*.py"))
+
+
+def dotted(path: Path) -> str:
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def part_of(module: str) -> str:
+    return module.split(".")[1] if "." in module else ""
+
+
+def running_code(tree: ast.AST) -> Iterator[ast.AST]:
+    """Yield all nodes but those that only a type checker reads."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            continue
+        yield node
+        yield from running_code(node)
+
+
+def imported(path: Path) -> set[str]:
+    """Return the modules a file imports when it runs, wherever in the file."""
+    names: set[str] = set()
+    for node in running_code(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0 and node.module, f"{path} imports by dots"
+            names.update(full_names(node.module, [alias.name for alias in node.names]))
+    return names
+
+
+def full_names(module: str, names: list[str]) -> set[str]:
+    """Return what ``from module import names`` loads: submodules where there are such, else the module."""
+    folder = ROOT.joinpath(*module.split("."))
+    submodules = {f"{module}.{name}" for name in names if (folder / f"{name}.py").is_file()}
+    return submodules if len(submodules) == len(names) else submodules | {module}
+
+
+RANK = {part: rank for rank, layer in enumerate(LAYERS) for part in layer}
+
+
+@pytest.mark.parametrize("path", modules("ocp_traj"), ids=dotted)
+def test_a_module_imports_only_from_its_own_layer_and_below(path: Path) -> None:
+    part = part_of(dotted(path))
+    if not part:
+        return  # the package itself names every part, and imports none until it is asked
+    assert part in RANK, f"give {part} a layer"
+    for name in imported(path):
+        if name.startswith("ocp_traj.") and name != "ocp_traj":
+            other = part_of(name)
+            assert other in RANK, f"give {other} a layer"
+            assert RANK[other] <= RANK[part], f"{dotted(path)} imports {name}, which lies above it"
+
+
+@pytest.mark.parametrize("path", modules("ocp_traj"), ids=dotted)
+def test_third_parties_stay_behind_their_fences(path: Path) -> None:
+    part = part_of(dotted(path))
+    for name in {entry.split(".")[0] for entry in imported(path)} & set(FENCES):
+        assert part in FENCES[name], f"{dotted(path)} imports {name}, fenced in {FENCES[name]}"
+
+
+@pytest.mark.parametrize("path", modules("metaheuristics"), ids=dotted)
+def test_metaheuristics_needs_numpy_only(path: Path) -> None:
+    optional = {"cmaes"} if path.stem == "cmaes_adapter" else set()
+    allowed = {"numpy", "metaheuristics"} | optional | set(sys.stdlib_module_names)
+    assert {name.split(".")[0] for name in imported(path)} <= allowed
+
+
+@pytest.mark.parametrize("package", ["ocp_traj", "metaheuristics"])
+def test_no_import_leads_back_to_where_it_came_from(package: str) -> None:
+    paths = {dotted(path): path for path in modules(package)}
+    graph = {name: imported(path) & set(paths) - {name, package} for name, path in paths.items()}
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        pytest.fail(f"import cycle: {' -> '.join(error.args[1])}")
+
+
+def test_importing_the_packages_loads_nothing_heavy() -> None:
+    heavy = [
+        "numpy",
+        "scipy",
+        "casadi",
+        "pinocchio",
+        "matplotlib",
+        "pandas",
+        "toppra",
+        "cvxpy",
+        "rich",
+        "click",
+    ]
+    code = f"import sys, ocp_traj; print([name for name in {heavy} if name in sys.modules])"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert run.stdout.strip() == "[]"
+
+
+def test_every_public_name_can_be_imported_and_a_wrong_one_says_so() -> None:
+    import ocp_traj
+
+    for name in ocp_traj.__all__:
+        assert getattr(ocp_traj, name) is not None
+    assert set(dir(ocp_traj)) == set(ocp_traj.__all__)
+    with pytest.raises(AttributeError, match="module 'ocp_traj' has no attribute 'nothing'"):
+        ocp_traj.nothing
