@@ -272,3 +272,12 @@ def test_a_function_of_ones_own_enters_the_digest_and_cannot_be_written() -> Non
     assert len({ot.task_digest(task) for task in (base, *tasks)}) == 3
     with pytest.raises(TaskError, match="objective: a function of one's own cannot be written"):
         dumps(tasks[0])
+
+
+def test_poses_become_joint_waypoints_on_the_branch_of_the_start() -> None:
+    task = ot.load_case("ur5-helix")
+    assert np.ptp(task.waypoints[:, 5]) < 1e-6  # joint 6 is still
+    np.testing.assert_allclose(task.waypoints[0], [1.731, -2.032, 2.096, -0.065, -1.410, 1.571], atol=2e-3)
+    np.testing.assert_allclose(
+        task.robot.pose(task.waypoints[3])[:3, 3], [-0.242426, 0.142426, 0.35375], atol=1e-9
+    )

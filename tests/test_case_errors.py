@@ -378,3 +378,37 @@ def test_any_override_is_applied_or_refused(override: str) -> None:
         load_case_text(text_of(GOOD), [override])
     except CaseError as error:
         assert error.file == "<text>"
+
+
+@pytest.mark.parametrize(
+    ("override", "sentence"),
+    [
+        (
+            f"waypoints.poses={[[0.4, 0.1, 0.3, 0, 0, 0, 1], [5, 0, 0, 0, 0, 0, 1]]}",
+            "waypoints.poses: waypoint 2 at (5, 0, 0) m is out of reach",
+        ),
+        (
+            f"waypoints.poses={[[0.4, 0.1, 0.3, 0, 0, 0, 1], [0.4, 0, 0.3, 0, 0, 0, 2]]}",
+            "waypoint 2 has norm 2",
+        ),
+        (
+            f"waypoints.poses={[[0.4, 0.1, 0.3, 0, 0, 0, 1], [1e12, 0, 0.3, 0, 0, 0, 1]]}",
+            "a coordinate is beyond 1e+09 m",
+        ),
+        ("waypoints.start=[0.0]", "waypoints.start: 1 number given, expected 6 numbers"),
+        ("waypoints.weights=[1, 1, 1, 1, 1, 0]", "waypoints.weights: 0 given, expected positive numbers"),
+        ("waypoints.unit='deg'", "waypoints.unit: belongs to joints, but poses are given"),
+        (
+            "limits.position=[[230, 4, 4, 4, 4, 4], [340, 8, 8, 8, 8, 8]]",
+            "is reached only outside of the joint limits",
+        ),
+        (
+            "limits.position=[[700, 7, 7, 7, 7, 7], [800, 8, 8, 8, 8, 8]]",
+            "limits.position: the range of joint 1 and the",
+        ),
+    ],
+)
+def test_a_wrong_pose_is_refused_with_one_sentence(override: str, sentence: str) -> None:
+    with pytest.raises(CaseError) as caught:
+        ot.load_case("ur5-helix", [override])
+    assert sentence in str(caught.value)

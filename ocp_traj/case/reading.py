@@ -164,16 +164,12 @@ def _waypoints_from_poses(section: Section, robot: Robot, limits: Limits, n: int
     if "unit" in section:
         raise section.error("unit", "belongs to joints, but poses are given (m, and unit quaternions)")
     poses = section.array("poses")
-    norms = np.linalg.norm(poses[:, 3:], axis=1)
-    for index in np.flatnonzero(np.abs(norms - 1.0) > 1e-3):
-        raise section.error(f"poses[{index + 1}]", f"the quaternion has norm {norms[index]:.6g}, expected 1")
-    poses[:, 3:] /= norms[:, None]
     if np.abs(poses[:, :3]).max() > MAX_POSITION:
         raise section.error("poses", f"a coordinate is beyond {MAX_POSITION:g} m")
     start = section.array_of_shape("start", (n,))
     weights = section.array_of_shape("weights", (n,)) if "weights" in section else np.ones(n)
-    if not (weights >= 0).all():
-        raise section.error("weights", f"{weights.min():g} given, expected numbers of 0 or more")
+    if not (weights > 0).all():
+        raise section.error("weights", f"{weights.min():g} given, expected positive numbers")
     if limits.position is not None:
         position = np.asarray(limits.position)
         robot = limited_to(robot, np.stack([position[:, 0].min(axis=0), position[:, 1].max(axis=0)]))
