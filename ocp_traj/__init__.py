@@ -18,7 +18,9 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from ocp_traj.audit import Verdict, audit
     from ocp_traj.case import case_names, load_case, task_digest, write_case
+    from ocp_traj.energy import energy, objective_value
     from ocp_traj.exceptions import CaseError, InputError, OcpTrajError, TaskError
     from ocp_traj.robot import (
         Friction,
@@ -29,6 +31,8 @@ if TYPE_CHECKING:
         robot_from_urdf,
         robot_names,
     )
+    from ocp_traj.solve import SolveResult, solve
+    from ocp_traj.solvers import solver_names, solver_table
     from ocp_traj.task import (
         Boundary,
         CustomConstraint,
@@ -40,9 +44,13 @@ if TYPE_CHECKING:
         TrajectoryTask,
     )
     from ocp_traj.trajectory import Trajectory
+    from ocp_traj.trajectory_files import read_csv, write_csv
+    from ocp_traj.transcription import trajectory_from_durations
 
 _MODULES = {
+    "ocp_traj.audit": ("Verdict", "audit"),
     "ocp_traj.case": ("case_names", "load_case", "task_digest", "write_case"),
+    "ocp_traj.energy": ("energy", "objective_value"),
     "ocp_traj.exceptions": ("CaseError", "InputError", "OcpTrajError", "TaskError"),
     "ocp_traj.robot": (
         "Friction",
@@ -53,6 +61,8 @@ _MODULES = {
         "robot_from_urdf",
         "robot_names",
     ),
+    "ocp_traj.solve": ("SolveResult", "solve"),
+    "ocp_traj.solvers": ("solver_names", "solver_table"),
     "ocp_traj.task": (
         "Boundary",
         "CustomConstraint",
@@ -64,6 +74,8 @@ _MODULES = {
         "TrajectoryTask",
     ),
     "ocp_traj.trajectory": ("Trajectory",),
+    "ocp_traj.trajectory_files": ("read_csv", "write_csv"),
+    "ocp_traj.transcription": ("trajectory_from_durations",),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
@@ -81,18 +93,29 @@ __all__ = [
     "Payload",
     "Robot",
     "Search",
+    "SolveResult",
     "TaskError",
     "Trajectory",
     "TrajectoryTask",
+    "Verdict",
     "__version__",
+    "audit",
     "case_names",
+    "energy",
     "load_case",
     "load_robot",
+    "objective_value",
+    "read_csv",
     "robot_from_dh",
     "robot_from_urdf",
     "robot_names",
+    "solve",
+    "solver_names",
+    "solver_table",
     "task_digest",
+    "trajectory_from_durations",
     "write_case",
+    "write_csv",
 ]
 
 
