@@ -1,4 +1,4 @@
-"""Energies and other costs of a motion, integrated to rounding: the judge's measure of what a solver minimised.
+"""Energies and other costs of a motion: the judge's measure of what a solver minimised.
 
 Torques are the judge's Chebyshev series; between the zeros of torque and velocity |tau qdot| is a polynomial,
 which Gauss-Legendre quadrature integrates exactly.
@@ -26,14 +26,14 @@ _TOLERANCE = 1e-10
 def energy(task: TrajectoryTask, trajectory: Trajectory) -> float | None:
     """Return the integral of sum |tau_i qdot_i| dt, J, or None without a robot that has inertia.
 
-    No motor losses; friction counts if the robot has any (paper A; its printed formula is lost, |tau qdot| is our
-    reading). Relative accuracy about 1e-9.
+    No motor losses; friction counts if the robot has any (paper A; its printed formula is lost, |tau qdot| is
+    our reading). Relative accuracy about 1e-9.
     """
     return _of_power(task, trajectory, np.abs)
 
 
 def energy_without_regeneration(task: TrajectoryTask, trajectory: Trajectory) -> float | None:
-    """Return the integral of sum max(tau_i qdot_i, 0) dt, J: braking gives nothing back; None without inertia."""
+    """Return the integral of sum max(tau_i qdot_i, 0) dt, J (braking gives nothing back), or None."""
     return _of_power(task, trajectory, _positive)
 
 
@@ -86,7 +86,8 @@ def custom_cost(task: TrajectoryTask, trajectory: Trajectory, objective: CustomO
 
     def integrand(chosen: chebyshev.Pieces, x: Array) -> Array:
         values = function(*torques_at(task, motion, chosen, x))
-        return values.reshape(*x.shape, -1).sum(axis=2, keepdims=True)
+        total: Array = values.reshape(*x.shape, -1).sum(axis=2, keepdims=True)
+        return total
 
     curve = chebyshev.fit(integrand, pieces, left, right, lambda largest: _TOLERANCE * largest)
     seconds = (curve.right - curve.left) * motion.durations[curve.pieces]
@@ -138,7 +139,9 @@ def _of_power(task: TrajectoryTask, trajectory: Trajectory, part: Callable[[Arra
     nodes, weights = _gauss(chebyshev.DEGREE + trajectory.degree)
     u = start[:, None] + (end - start)[:, None] * nodes
     series = torques.coefficients().reshape(-1, chebyshev.DEGREE + 1)
-    tau = chebyshev.evaluate(np.repeat(series[row], nodes.size, axis=0), np.arccos(u).ravel()).reshape(u.shape)
+    tau = chebyshev.evaluate(np.repeat(series[row], nodes.size, axis=0), np.arccos(u).ravel()).reshape(
+        u.shape
+    )
     curve = torques.curve
     middle, half = 0.5 * (curve.left + curve.right)[segment], 0.5 * (curve.right - curve.left)[segment]
     v = torques.motion.sample_joint(middle[:, None] + half[:, None] * u, curve.pieces[segment], joint, 1)
@@ -157,7 +160,9 @@ def _power_pieces(torques: TorqueCurve) -> tuple[chebyshev.Pieces, Array, Array]
     still = 2.0 * (roots[curve.pieces] - curve.left[:, None, None]) / width - 1.0
     still_row = np.repeat(np.arange(rows), still.shape[2])
     all_rows = np.concatenate([row, still_row, np.arange(rows), np.arange(rows)])
-    points = np.concatenate([np.cos(theta), np.clip(still.ravel(), -1, 1), np.full(rows, -1.0), np.ones(rows)])
+    points = np.concatenate(
+        [np.cos(theta), np.clip(still.ravel(), -1, 1), np.full(rows, -1.0), np.ones(rows)]
+    )
     order = np.lexsort((points, all_rows))
     all_rows, points = all_rows[order], points[order]
     keep = (all_rows[1:] == all_rows[:-1]) & (points[1:] > points[:-1])

@@ -50,7 +50,9 @@ class Trajectory:
     def _check_waypoint_times(self) -> None:
         times, breakpoints = self.waypoint_times, self.breakpoints
         if times.ndim != 1 or times.size < 2 or not (np.isfinite(times).all() and (np.diff(times) > 0).all()):
-            raise InputError("a trajectory's waypoint times must be at least two finite numbers that increase")
+            raise InputError(
+                "a trajectory's waypoint times must be at least two finite numbers that increase"
+            )
         slack = 1e-9 * (breakpoints[-1] - breakpoints[0])
         if abs(times[0] - breakpoints[0]) > slack or abs(times[-1] - breakpoints[-1]) > slack:
             raise InputError(
@@ -79,7 +81,7 @@ class Trajectory:
         return np.diff(self.waypoint_times)
 
     def derivative_coefficients(self, derivative: int) -> Array:
-        """Coefficients of a time derivative, (m, n, degree + 1 - derivative), ascending (at least one column)."""
+        """Coefficients of a time derivative, (m, n, degree + 1 - derivative), at least one column."""
         coefficients = np.asarray(self.coefficients)
         for _ in range(derivative):
             if coefficients.shape[2] == 1:
@@ -105,13 +107,16 @@ class Trajectory:
             raise InputError(f"derivative is {derivative}, expected 0 or more")
         times = np.clip(np.asarray(t, dtype=np.float64), self.breakpoints[0], self.breakpoints[-1])
         flat = np.atleast_1d(times)
-        piece = np.clip(np.searchsorted(self.breakpoints, flat, side="right") - 1, 0, len(self.breakpoints) - 2)
+        piece = np.clip(
+            np.searchsorted(self.breakpoints, flat, side="right") - 1, 0, len(self.breakpoints) - 2
+        )
         local = (flat - self.breakpoints[piece])[:, None]
         coefficients = self.derivative_coefficients(derivative)[piece]
         values = coefficients[:, :, -1].copy()
         for power in range(coefficients.shape[2] - 2, -1, -1):
             values = values * local + coefficients[:, :, power]
-        return values[0] if times.ndim == 0 else values
+        result: Array = values[0] if times.ndim == 0 else values
+        return result
 
     def scaled(self, scale: float) -> Trajectory:
         """Return the same path run uniformly slower: every duration times `scale`.

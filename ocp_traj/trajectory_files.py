@@ -54,7 +54,9 @@ def from_json(data: Any, file: str = "trajectory") -> Trajectory:
         A key is missing or holds something else than expected; names the file and the key.
     """
     if not isinstance(data, Mapping):
-        raise InputError(f"{file}: holds a {type(data).__name__}, expected an object with the keys of a trajectory")
+        raise InputError(
+            f"{file}: holds a {type(data).__name__}, expected an object with the keys of a trajectory"
+        )
     if data.get("schema") != SCHEMA:
         raise InputError(f"{file}: schema: {data.get('schema')!r} given, expected {SCHEMA}")
     arrays = {
@@ -63,7 +65,8 @@ def from_json(data: Any, file: str = "trajectory") -> Trajectory:
     }
     if arrays["coefficients"].shape[2] > MAX_DEGREE + 1:
         raise InputError(
-            f"{file}: coefficients: degree {arrays['coefficients'].shape[2] - 1}, expected at most {MAX_DEGREE}"
+            f"{file}: coefficients: degree {arrays['coefficients'].shape[2] - 1}, "
+            f"expected at most {MAX_DEGREE}"
         )
     try:
         return Trajectory(**arrays, family=_text(data, "family", file), case=_text(data, "case", file))
@@ -84,7 +87,9 @@ def _array(data: Mapping[str, Any], key: str, dimensions: int, file: str) -> Arr
     try:
         array = np.array(data[key])
     except (ValueError, OverflowError, RecursionError):
-        raise InputError(f"{file}: {key}: rows differ in length, expected numbers in {dimensions} levels") from None
+        raise InputError(
+            f"{file}: {key}: rows differ in length, expected numbers in {dimensions} levels"
+        ) from None
     if array.ndim != dimensions or array.dtype.kind not in "if" or array.size == 0:
         raise InputError(f"{file}: {key}: expected finite numbers in {dimensions} levels of lists")
     if not np.isfinite(array).all():
@@ -134,7 +139,9 @@ def sample_times(trajectory: Trajectory, rate: float) -> Array:
         raise InputError(f"rate is {rate}, expected a positive number of samples a second")
     duration = trajectory.duration
     if duration * rate > MAX_ROWS:
-        raise InputError(f"{duration:g} s at {rate:g} Hz need more than {MAX_ROWS} rows, expected a lower rate")
+        raise InputError(
+            f"{duration:g} s at {rate:g} Hz need more than {MAX_ROWS} rows, expected a lower rate"
+        )
     times = np.arange(math.ceil(duration * rate * (1 - _NEAR))) / rate
     return np.append(trajectory.breakpoints[0] + times, trajectory.breakpoints[-1])
 
@@ -179,8 +186,8 @@ def read_csv(path: str | os.PathLike[str]) -> Trajectory:
     Raises
     ------
     InputError
-        The file cannot be read, a column is missing, a number is none, the times do not increase, or the exact
-        curve beside it is another motion.
+        The file cannot be read, a column is missing, a number is none, the times do not increase, or the
+        exact curve beside it is another motion.
     """
     columns = _read_columns(Path(path))
     times = columns["t"][:, 0]
@@ -191,7 +198,9 @@ def read_csv(path: str | os.PathLike[str]) -> Trajectory:
     start, end = trajectory.breakpoints[[0, -1]]
     if trajectory.n != columns["q"].shape[1]:
         raise InputError(f"{exact}: has {trajectory.n} joints, but {path} has {columns['q'].shape[1]}")
-    span_differs = abs(times[0] - start) > _SAME * (end - start) or abs(times[-1] - end) > _SAME * (end - start)
+    span_differs = abs(times[0] - start) > _SAME * (end - start) or abs(times[-1] - end) > _SAME * (
+        end - start
+    )
     apart = np.abs(trajectory(times) - columns["q"]) > _SAME * (1 + np.abs(columns["q"]))
     if span_differs or apart.any():
         raise InputError(f"{exact}: is another motion than {path}; remove the one that is out of date")
@@ -221,7 +230,9 @@ def _read_columns(path: Path) -> dict[str, Array]:
         raise InputError(f"{path}: holds something else than numbers: {error}") from None
     if not np.isfinite(table).all():
         row, column = np.argwhere(~np.isfinite(table))[0]
-        raise InputError(f"{path}: row {row + 1}: {names[column]} is {table[row, column]}, expected a finite number")
+        raise InputError(
+            f"{path}: row {row + 1}: {names[column]} is {table[row, column]}, expected a finite number"
+        )
     if not (np.diff(table[:, names.index("t")]) > 0).all():
         raise InputError(f"{path}: t: the times do not increase strictly")
     return {key: table[:, [names.index(name) for name in group]] for key, group in wanted.items()}

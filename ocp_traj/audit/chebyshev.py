@@ -1,9 +1,9 @@
 """Smooth curves known only by evaluation, turned into piecewise polynomials to a stated bound.
 
 On each segment a curve is sampled at Chebyshev points and interpolated. For a curve without kinks the
-coefficients decay geometrically, so the last ones bound what is left out; two points that are no nodes check that. Where the
-bound is too large the segment is halved. Extrema and zeros are then those of the interpolants.
-(Trefethen, Approximation Theory and Approximation Practice, chapters 3, 8 and 18.)
+coefficients decay geometrically, so the last ones bound what is left out; two points that are no nodes check
+that. Where the bound is too large the segment is halved. Extrema and zeros are then those of the
+interpolants. (Trefethen, Approximation Theory and Approximation Practice, chapters 3, 8 and 18.)
 """
 
 from __future__ import annotations
@@ -21,6 +21,9 @@ from ocp_traj.audit.roots import bracketed_root
 DEGREE = 16
 """Degree of the interpolants."""
 
+LOW_DEGREE = 8
+"""Degree tried first where a motion has many short pieces, as sampled ones do."""
+
 Pieces: TypeAlias = NDArray[np.int64]
 
 Function = Callable[[Pieces, Array], Array]
@@ -29,31 +32,34 @@ Function = Callable[[Pieces, Array], Array]
 Tolerance = Callable[[Array], Array]
 """largest magnitudes (k,) -> allowed error (k,)."""
 
-_TAIL = 4
 _SAFETY = 4.0
 _MAX_HALVINGS = 30
-_MAX_SEGMENTS = 20_000
+_MAX_SEGMENTS = 100_000
+_MANY = 64
 _GRID = 128
+_COARSE = 1e-6
+_FINE = 1e-12
 _ORDERS = np.arange(DEGREE + 1.0)
 _NODES = np.cos(np.pi * _ORDERS / DEGREE)
 _CHECKS = np.array([-0.5497, 0.6823])
 _THETA = np.linspace(0.0, np.pi, _GRID + 1)
 
 
-def _transform() -> Array:
-    """Return the matrix from values at the nodes to Chebyshev coefficients."""
-    weights = np.ones(DEGREE + 1)
+def _transform(degree: int) -> Array:
+    """Return the matrix from values at degree + 1 nodes to Chebyshev coefficients."""
+    weights, orders = np.ones(degree + 1), np.arange(degree + 1.0)
     weights[[0, -1]] = 0.5
-    return 2.0 / DEGREE * np.outer(weights, weights) * np.cos(np.pi * np.outer(_ORDERS, _ORDERS) / DEGREE)
+    return 2.0 / degree * np.outer(weights, weights) * np.cos(np.pi * np.outer(orders, orders) / degree)
 
 
 def _derivative() -> Array:
     """Return the matrix from Chebyshev coefficients to those of the derivative on [-1, 1]."""
     columns = [np.polynomial.chebyshev.chebder(row) for row in np.eye(DEGREE + 1)]
-    return np.array([np.pad(column, (0, DEGREE + 1 - column.size)) for column in columns]).T
+    padded: Array = np.array([np.pad(column, (0, DEGREE + 1 - column.size)) for column in columns]).T
+    return padded
 
 
-_TRANSFORM = _transform()
+_TRANSFORMS = {degree: _transform(degree) for degree in (LOW_DEGREE, DEGREE)}
 _DERIVATIVE = _derivative()
 _CHECK_BASIS = np.cos(np.outer(_ORDERS, np.arccos(_CHECKS)))
 
@@ -100,7 +106,8 @@ class ChebyshevCurve:
 
 def differentiate(coefficients: Array) -> Array:
     """Return Chebyshev coefficients of the derivative with respect to the variable in [-1, 1], same shape."""
-    return coefficients @ _DERIVATIVE.T
+    slopes: Array = coefficients @ _DERIVATIVE.T
+    return slopes
 
 
 def fit(
@@ -109,43 +116,61 @@ def fit(
     """Interpolate `function` on segments, halving them until the error bound meets the tolerance.
 
     A segment is halved at most 30 times: what is left of a jump then is narrower than 1e-9 of its piece, and
-    the values on both of its sides are known. A segment with values that are no finite numbers stays as it is.
+    the values on both of its sides are known. A segment with values that are no finite numbers stays as it
+    is.
     """
     done: list[tuple[Pieces, Array, Array, Array, Array]] = []
-    whole = right - left
+    whole, segments = right - left, pieces.size
     largest: Array | None = None
     count, resolved = 0, True
+    degree = LOW_DEGREE if pieces.size > _MANY else DEGREE
     while pieces.size:
-        coefficients, error, magnitude = _interpolate(function, pieces, left, right)
+        coefficients, error, magnitude = _interpolate(function, pieces, left, right, degree)
         largest = magnitude if largest is None else np.maximum(largest, magnitude)
         narrow = right - left <= whole * 0.5**_MAX_HALVINGS
         good = (error <= tolerance(largest)).all(axis=1) | narrow | ~np.isfinite(error).all(axis=1)
         count += int(good.sum())
-        if count + 2 * int((~good).sum()) > _MAX_SEGMENTS:
+        if degree == DEGREE and count + 2 * int((~good).sum()) > max(_MAX_SEGMENTS, 2 * segments):
             good[:] = True
             resolved = False
         done.append((pieces[good], left[good], right[good], coefficients[good], error[good]))
+        if degree < DEGREE:
+            degree, pieces, whole, left, right = (
+                DEGREE,
+                pieces[~good],
+                whole[~good],
+                left[~good],
+                right[~good],
+            )
+            continue
         pieces, whole = np.repeat(pieces[~good], 2), np.repeat(whole[~good], 2)
         middle = 0.5 * (left[~good] + right[~good])
         left = np.stack([left[~good], middle], axis=1).ravel()
         right = np.stack([middle, right[~good]], axis=1).ravel()
-    merged = [np.concatenate(parts) for parts in zip(*done, strict=True)]
-    order = np.lexsort((merged[1], merged[0]))
-    return ChebyshevCurve(*(part[order] for part in merged), resolved=resolved)
+    pieces = np.concatenate([part[0] for part in done])
+    left, right, series, bounds = (np.concatenate([part[i] for part in done]) for i in range(1, 5))
+    order = np.lexsort((left, pieces))
+    return ChebyshevCurve(pieces[order], left[order], right[order], series[order], bounds[order], resolved)
 
 
 def _interpolate(
-    function: Function, pieces: Pieces, left: Array, right: Array
+    function: Function, pieces: Pieces, left: Array, right: Array, degree: int
 ) -> tuple[Array, Array, Array]:
-    """Return coefficients (S, k, .), error bounds (S, k) and the largest magnitudes (k,)."""
-    points = np.concatenate([_NODES, _CHECKS])
+    """Return coefficients (S, k, DEGREE + 1), error bounds (S, k) and the largest magnitudes (k,).
+
+    The error bound is four times the largest of the last quarter of the coefficients, or what is seen at two
+    points that are no nodes, if that is more.
+    """
+    points = np.concatenate([_NODES[:: DEGREE // degree], _CHECKS])
     x = 0.5 * (left + right)[:, None] + 0.5 * (right - left)[:, None] * points
     values = function(pieces, x)
-    nodes, checks = values[:, : DEGREE + 1], values[:, DEGREE + 1 :]
-    coefficients = np.einsum("ij,sjk->ski", _TRANSFORM, nodes)
-    tail = _SAFETY * np.abs(coefficients[:, :, -_TAIL:]).max(axis=2)
-    seen = np.abs(np.einsum("ski,ic->sck", coefficients, _CHECK_BASIS) - checks).max(axis=1)
-    return coefficients, np.maximum(tail, seen), np.abs(values).max(axis=(0, 1))
+    nodes, checks = values[:, : degree + 1], values[:, degree + 1 :]
+    coefficients = np.einsum("ij,sjk->ski", _TRANSFORMS[degree], nodes)
+    tail = _SAFETY * np.abs(coefficients[:, :, -(degree // 4) :]).max(axis=2)
+    seen = np.abs(np.einsum("ski,ic->sck", coefficients, _CHECK_BASIS[: degree + 1]) - checks).max(axis=1)
+    padded = np.zeros((*coefficients.shape[:2], DEGREE + 1))
+    padded[:, :, : degree + 1] = coefficients
+    return padded, np.maximum(tail, seen), np.abs(values).max(axis=(0, 1))
 
 
 def evaluate(coefficients: Array, theta: Array) -> Array:
@@ -170,47 +195,70 @@ def _slopes(coefficients: Array, order: int) -> Callable[[Array], tuple[Array, A
     return value_and_slope
 
 
+_COSINES = np.cos(np.outer(_ORDERS, _THETA))
 _FIRST = -_ORDERS[:, None] * np.sin(np.outer(_ORDERS, _THETA))
 _SECOND = -(_ORDERS**2)[:, None] * np.cos(np.outer(_ORDERS, _THETA))
+
+
+def enclosures(coefficients: Array) -> tuple[Array, Array, Array, Array]:
+    """Return the smallest and largest value of series (R, .) on a grid, and bounds of their values anywhere.
+
+    A trigonometric polynomial of degree n is at most 1 / cos(n pi / N) times its largest magnitude on N
+    equidistant angles of the circle (Ehlich, Zeller, Math. Z. 86 (1964) 41-44); here N is twice the grid and
+    the polynomial is the series less the middle of its range.
+    """
+    values = coefficients @ _COSINES
+    low, high = values.min(axis=1), values.max(axis=1)
+    slack = 0.5 * (high - low) * (1.0 / np.cos(0.5 * np.pi * DEGREE / _GRID) - 1.0)
+    return low, high, low - slack, high + slack
 
 
 def critical_points(coefficients: Array) -> tuple[Pieces, Array]:
     """Return the row and angle of every interior extremum of series (R, .), and of both ends of every row.
 
-    The second derivative's sign changes on a grid eight times finer than the nodes, refined, and the grid itself
-    bracket those of the first derivative: two extrema between neighbouring grid points are found, too.
+    The second derivative's sign changes on a grid eight times finer than the nodes, refined, and the grid
+    itself bracket those of the first derivative: two extrema between neighbouring grid points are found, too.
     """
     rows = np.arange(len(coefficients))
     first, second = coefficients @ _FIRST, coefficients @ _SECOND
-    row, column = np.nonzero((second[:, :-1] < 0) != (second[:, 1:] < 0))
+    row, cell = np.nonzero((second[:, :-1] < 0) != (second[:, 1:] < 0))
     bend = bracketed_root(
-        _slopes(coefficients[row], 2), _THETA[column], _THETA[column + 1], second[row, column] < 0
+        _slopes(coefficients[row], 2),
+        (_THETA[cell], _THETA[cell + 1]),
+        (second[row, cell], second[row, cell + 1]),
+        _COARSE,
     )
-    bend_slope = _slopes(coefficients[row], 1)(bend)[0]
-    inside = np.zeros(second[:, 1:].shape, dtype=bool)
-    inside[row, column] = True
-    plain, cell = np.nonzero(((first[:, :-1] < 0) != (first[:, 1:] < 0)) & ~inside)
-    before = (first[row, column] < 0) != (bend_slope < 0)
-    behind = (bend_slope < 0) != (first[row, column + 1] < 0)
-    row_all = np.concatenate([plain, row[before], row[behind]])
-    left = np.concatenate([_THETA[cell], _THETA[column[before]], bend[behind]])
-    right = np.concatenate([_THETA[cell + 1], bend[before], _THETA[column[behind] + 1]])
-    rising = np.concatenate([first[plain, cell] < 0, first[row[before], column[before]] < 0, bend_slope[behind] < 0])
-    inner = bracketed_root(_slopes(coefficients[row_all], 1), left, right, rising)
+    grid_rows = np.repeat(rows, _GRID + 1)
+    points = np.concatenate([np.tile(_THETA, len(rows)), bend])
+    slopes = np.concatenate([first.ravel(), _slopes(coefficients[row], 1)(bend)[0]])
+    found = _sign_changes(coefficients, 1, np.concatenate([grid_rows, row]), points, slopes)
     ends = np.concatenate([np.zeros(len(rows)), np.full(len(rows), np.pi)])
-    return np.concatenate([row_all, rows, rows]), np.concatenate([inner, ends])
+    return np.concatenate([found[0], rows, rows]), np.concatenate([found[1], ends])
 
 
 def zeros(coefficients: Array) -> tuple[Pieces, Array]:
     """Return the row and angle of every sign change of series (R, .)."""
-    row, theta = critical_points(coefficients)
-    order = np.lexsort((theta, row))
-    row, theta = row[order], theta[order]
-    values = evaluate(coefficients[row], theta)
+    _, _, low, high = enclosures(coefficients)
+    crossing = np.flatnonzero((low <= 0) & (high >= 0))
+    row, theta = critical_points(coefficients[crossing])
+    found = _sign_changes(coefficients[crossing], 0, row, theta, evaluate(coefficients[crossing][row], theta))
+    return crossing[found[0]], found[1]
+
+
+def _sign_changes(
+    coefficients: Array, order: int, row: Pieces, theta: Array, values: Array
+) -> tuple[Pieces, Array]:
+    """Return row and angle of the roots between neighbours of the same row whose values differ in sign."""
+    sequence = np.argsort(row * 4.0 + theta, kind="stable")
+    row, theta, values = row[sequence], theta[sequence], values[sequence]
     index = np.flatnonzero((row[1:] == row[:-1]) & ((values[1:] < 0) != (values[:-1] < 0)))
-    return row[index], bracketed_root(
-        _slopes(coefficients[row[index]], 0), theta[index], theta[index + 1], values[index] < 0
+    roots = bracketed_root(
+        _slopes(coefficients[row[index]], order),
+        (theta[index], theta[index + 1]),
+        (values[index], values[index + 1]),
+        _FINE,
     )
+    return row[index], roots
 
 
 def integrals(coefficients: Array) -> Array:

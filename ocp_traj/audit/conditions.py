@@ -11,7 +11,7 @@ from ocp_traj.task import TrajectoryTask
 
 
 def waypoint_miss(task: TrajectoryTask, motion: Motion) -> tuple[float, list[str]]:
-    """Return the largest distance of a joint from a waypoint's box (rad or m), and a sentence each waypoint missed.
+    """Return the largest distance of a joint from a waypoint's box, rad or m, and a sentence each one missed.
 
     At a breakpoint both pieces are asked.
     """
@@ -65,16 +65,19 @@ def boundary_miss(task: TrajectoryTask, motion: Motion) -> tuple[float, list[str
 def duration_findings(task: TrajectoryTask, motion: Motion) -> list[str]:
     """Return a sentence for each duration outside its bounds."""
     findings = []
-    lower, upper = task.objective.duration
+    lower, upper = np.asarray(task.objective.duration, dtype=np.float64)
     duration = motion.trajectory.duration
     if not _within(duration, lower, upper):
-        findings.append(f"duration: {duration:.9g} s in total, expected between {lower:.9g} and {upper:.9g} s")
-    for gap, (length, bounds) in enumerate(
-        zip(motion.trajectory.segment_durations, task.objective.gap_durations, strict=True)
-    ):
+        findings.append(
+            f"duration: {duration:.9g} s in total, expected between {lower:.9g} and {upper:.9g} s"
+        )
+    gap_bounds = np.asarray(task.objective.gap_durations, dtype=np.float64)
+    lengths = motion.trajectory.segment_durations
+    for gap, (length, bounds) in enumerate(zip(lengths, gap_bounds, strict=True)):
         if not _within(length, *bounds):
             findings.append(
-                f"duration of gap {gap + 1}: {length:.9g} s, expected between {bounds[0]:.9g} and {bounds[1]:.9g} s"
+                f"duration of gap {gap + 1}: {length:.9g} s, "
+                f"expected between {bounds[0]:.9g} and {bounds[1]:.9g} s"
             )
     return findings
 

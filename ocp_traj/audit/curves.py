@@ -59,7 +59,9 @@ def speed_peaks(task: TrajectoryTask, motion: Motion) -> tuple[list[Extremum], l
     return peaks, findings
 
 
-def _place(motion: Motion, curve: chebyshev.ChebyshevCurve, row: chebyshev.Pieces, theta: Array) -> dict[str, Any]:
+def _place(
+    motion: Motion, curve: chebyshev.ChebyshevCurve, row: chebyshev.Pieces, theta: Array
+) -> dict[str, Any]:
     """Return the time and gap of one point of a curve."""
     piece = curve.pieces[row]
     time = motion.starts[piece] + motion.durations[piece] * curve.position(row, theta)
@@ -87,7 +89,8 @@ def _squared_speed(robot: Robot, motion: Motion, frame: str, limit: float) -> ch
     def squared(pieces: chebyshev.Pieces, x: Array) -> Array:
         segment, theta = places.locate(np.repeat(pieces, x.shape[1]), x.ravel())
         velocity = [chebyshev.evaluate(rates[segment, axis], theta) for axis in range(3)]
-        return np.sum(np.square(velocity), axis=0).reshape(*x.shape, 1)
+        speeds: Array = np.sum(np.square(velocity), axis=0).reshape(*x.shape, 1)
+        return speeds
 
     return chebyshev.fit(
         squared,
@@ -157,6 +160,8 @@ def _scale(constraint: CustomConstraint) -> float:
     """Return what divides an excess: as given, or the largest finite bound, or 1."""
     if constraint.scale is not None:
         return float(constraint.scale)
-    bounds = np.abs(np.concatenate([np.ravel(constraint.lower), np.ravel(constraint.upper)]).astype(np.float64))
+    bounds = np.abs(
+        np.concatenate([np.ravel(constraint.lower), np.ravel(constraint.upper)]).astype(np.float64)
+    )
     finite = bounds[np.isfinite(bounds) & (bounds > 0)]
     return float(finite.max()) if finite.size else 1.0

@@ -1,7 +1,7 @@
 """The judge: one motion against one task, at every time, by its own means.
 
-It uses only the task, the exact piecewise polynomial and Pinocchio's inverse dynamics (`Robot.torque`), nothing of
-what the solvers are given.
+It uses only the task, the exact piecewise polynomial and Pinocchio's inverse dynamics (`Robot.torque`),
+nothing of what the solvers are given.
 """
 
 from __future__ import annotations
@@ -67,9 +67,7 @@ def audit(task: TrajectoryTask, trajectory: Trajectory) -> Verdict:
         limits=limits,
         waypoint_error=waypoint_error,
         boundary_error=boundary_error,
-        smallest_feasible_scale=None
-        if findings
-        else smallest_scale(task, motion, peaks, torques, feasible),
+        smallest_feasible_scale=None if findings else smallest_scale(task, motion, peaks, torques, feasible),
         findings=tuple([str(peak) for peak in broken] + findings + late),
         torque_bound=0.0 if torques is None else relative_bound(task, torques),
         case=task.name,

@@ -30,8 +30,10 @@ def side_ratios(values: Array, lower: Array, upper: Array, noise: Array | float 
     return np.where(np.isnan(ratio), np.inf, ratio)
 
 
-def range_ratios(values: Array, lower: Array, upper: Array, width: Array, noise: Array | float = 0.0) -> Array:
-    """Return 1 + excess / width; inside the range the excess is negative, so the ratio is at most 1, at least 0.
+def range_ratios(
+    values: Array, lower: Array, upper: Array, width: Array, noise: Array | float = 0.0
+) -> Array:
+    """Return 1 + excess / width; inside the range the excess is negative and the ratio between 0 and 1.
 
     `width` is upper - lower; where only one side is finite the caller gives a stand-in.
     """
@@ -47,8 +49,8 @@ def range_ratios(values: Array, lower: Array, upper: Array, width: Array, noise:
 def position_width(task: TrajectoryTask) -> Array:
     """Return upper - lower of the positions, (G, 1, n).
 
-    A range with one finite end has no width; the distance from that end to the farthest waypoint stands in for it
-    (1 rad or m when that is 0).
+    A range with one finite end has no width; the distance from that end to the farthest waypoint stands in
+    for it (1 rad or m when that is 0).
     """
     lower, upper = np.split(task.limits.get("position"), 2, axis=1)
     end = np.where(np.isfinite(upper), upper, np.where(np.isfinite(lower), lower, 0.0))
@@ -79,18 +81,22 @@ def kinematic_peaks(task: TrajectoryTask, motion: Motion) -> list[Extremum]:
                 Extremum(
                     limit=name,
                     joint=int(joint),
-                    time=float(motion.starts[piece] + motion.durations[piece] * motion.candidates[order][piece, joint, point]),
+                    time=float(
+                        motion.starts[piece]
+                        + motion.durations[piece] * motion.candidates[order][piece, joint, point]
+                    ),
                     ratio=float(ratios[piece, joint, point]),
                     gap=int(motion.gaps[piece]),
                     value=value,
-                    bound=_bound(value, *limits[piece, :, joint], centred=order == 0),
+                    bound=_bound(value, limits[piece, :, joint], order == 0),
                 )
             )
     return peaks
 
 
-def _bound(value: float, lower: float, upper: float, centred: bool) -> float:
+def _bound(value: float, limits: Array, centred: bool) -> float:
     """Return the limit that a value is nearest to (positions) or that lies on its side of zero."""
+    lower, upper = limits
     above = (value - upper >= lower - value) if centred else value >= 0
     return float(upper if above else lower)
 
@@ -98,10 +104,10 @@ def _bound(value: float, lower: float, upper: float, centred: bool) -> float:
 def jumps(task: TrajectoryTask, motion: Motion) -> list[Extremum]:
     """Return an infinite ratio for everything that a jump between pieces makes infinite.
 
-    A position may jump by 1e-8 (at most 1e-6 of the motion's travel), velocity and acceleration by 1e-6 of their
-    limit, or of the motion's largest value without one, always plus what rounding can make.
-    A jump of a position is always wrong; one of the velocity where acceleration, jerk, torque or torque rate are
-    limited; one of the acceleration where jerk or torque rate are.
+    A position may jump by 1e-8 (at most 1e-6 of the motion's travel), velocity and acceleration by 1e-6 of
+    their limit, or of the motion's largest value without one, always plus what rounding can make. A jump of a
+    position is always wrong; one of the velocity where acceleration, jerk, torque or torque rate are limited;
+    one of the acceleration where jerk or torque rate are.
     """
     found: list[Extremum] = []
     for order in (0, 1, 2):
@@ -113,17 +119,29 @@ def jumps(task: TrajectoryTask, motion: Motion) -> list[Extremum]:
             excess = np.where(step > allowed, step / allowed, 0.0)
         for joint in np.flatnonzero((step > allowed).any(axis=0)):
             breakpoint_index = int(np.argmax(excess[:, joint]))
-            found.extend(_infinite(task, motion, order, int(joint), breakpoint_index + 1, float(step[breakpoint_index, joint])))
+            found.extend(
+                _infinite(
+                    task,
+                    motion,
+                    order,
+                    int(joint),
+                    breakpoint_index + 1,
+                    float(step[breakpoint_index, joint]),
+                )
+            )
     return found
 
 
 def _jump_allowance(task: TrajectoryTask, motion: Motion, order: int) -> Array:
     if order == 0:
-        return np.full((len(motion.starts) - 1, motion.n), min(WAYPOINT_TOLERANCE, RATIO_TOLERANCE * motion.travel))
+        return np.full(
+            (len(motion.starts) - 1, motion.n), min(WAYPOINT_TOLERANCE, RATIO_TOLERANCE * motion.travel)
+        )
     limits = task.limits.get(ORDERS[order])[motion.gaps[1:]]
     limit = np.abs(limits).min(axis=1)
     reference = np.where(np.isfinite(limit) & (limit > 0), limit, motion.largest[order].max())
-    return RATIO_TOLERANCE * reference
+    allowance: Array = RATIO_TOLERANCE * reference
+    return allowance
 
 
 def _infinite(

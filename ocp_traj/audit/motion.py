@@ -57,7 +57,7 @@ class Motion:
 
     @cached_property
     def coefficients(self) -> tuple[Array, ...]:
-        """Coefficients over x of position and its first four derivatives with respect to x, each (m, n, .)."""
+        """Coefficients over x of position and its first four derivatives in x, each (m, n, .)."""
         powers = self.durations[:, None] ** np.arange(self.trajectory.degree + 1.0)
         levels = [self.trajectory.coefficients * powers[:, None, :]]
         for _ in range(len(ORDERS)):
@@ -112,13 +112,14 @@ class Motion:
     def noise(self, order: int) -> Array:
         """Size of a derivative that rounding the positions to doubles can make, (m, n), SI.
 
-        Markov's inequality: on an interval of length h a polynomial of degree D and size e has derivatives up to
-        (2/h)^k e T_D^(k)(1), where T_D^(k)(1) is the product over i < k of (D^2 - i^2) / (2 i + 1).
+        Markov's inequality: on an interval of length h a polynomial of degree D and size e has derivatives up
+        to (2/h)^k e T_D^(k)(1), where T_D^(k)(1) is the product over i < k of (D^2 - i^2) / (2 i + 1).
         """
         degree = self.trajectory.degree
         factor = math.prod((degree**2 - i**2) / (2 * i + 1) for i in range(order))
         per_piece = factor * (2.0 / self.durations) ** order
-        return _ROUNDING * np.multiply.outer(per_piece, self.largest[0])
+        size: Array = _ROUNDING * np.multiply.outer(per_piece, self.largest[0])
+        return size
 
     def ends(self, order: int) -> tuple[Array, Array]:
         """Values at the start and at the end of every piece, each (m, n), SI."""

@@ -1,15 +1,15 @@
 """Exact extrema of many polynomials at once.
 
-Between two neighbouring critical points a polynomial is monotone, so a sign change there holds exactly one root.
-Walking down the derivatives, from the linear one to the polynomial itself, therefore finds every root of every
-derivative inside [0, 1] by bracketed Newton steps, whatever the size of the leading coefficients: there is
-no division by them. A double root that rounding hides is no loss: the polynomial below has no extremum there.
+Between two neighbouring critical points a polynomial is monotone, so a sign change there holds exactly one
+root. Walking down the derivatives, from the linear one to the polynomial itself, therefore finds every root
+of every derivative inside [0, 1] by bracketed Newton steps, whatever the size of the leading coefficients:
+there is no division by them. A double root that rounding hides is no loss: the polynomial below has no
+extremum there.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ocp_traj.arrays import Array
 from ocp_traj.audit.roots import bracketed_root
@@ -55,8 +55,9 @@ def candidate_points(coefficients: Array, orders: int) -> list[Array]:
     Returns
     -------
     list of (R, C_d) arrays
-        Ascending along the rows; first 0, last 1, between them the roots of derivative d + 1 (and, where there are
-        fewer roots than its degree, some points more). The d-th derivative is monotone between neighbours.
+        Ascending along the rows; first 0, last 1, between them the roots of derivative d + 1 (and, where
+        there are fewer roots than its degree, some points more). The d-th derivative is monotone between
+        neighbours.
     """
     rows = coefficients.shape[0]
     derivatives = [coefficients]
@@ -90,17 +91,16 @@ def _roots_between(coefficients: Array, slope: Array, nodes: Array) -> Array:
     values = evaluate(coefficients, nodes)
     left, right = nodes[:, :-1], nodes[:, 1:]
     crossing = (values[:, :-1] < 0) != (values[:, 1:] < 0)
-    roots = right.copy()
+    roots: Array = right.copy()
     row, column = np.nonzero(crossing)
     if row.size:
-        roots[row, column] = _newton(
-            coefficients[row], slope[row], left[row, column], right[row, column], values[row, column] < 0
+        rows, tangents = coefficients[row], slope[row]
+
+        def value_and_slope(x: Array) -> tuple[Array, Array]:
+            return evaluate(rows, x[:, None])[:, 0], evaluate(tangents, x[:, None])[:, 0]
+
+        ends = left[row, column], right[row, column]
+        roots[row, column] = bracketed_root(
+            value_and_slope, ends, (values[row, column], values[row, column + 1])
         )
     return roots
-
-
-def _newton(coefficients: Array, slope: Array, left: Array, right: Array, rising: NDArray[np.bool_]) -> Array:
-    def value_and_slope(x: Array) -> tuple[Array, Array]:
-        return evaluate(coefficients, x[:, None])[:, 0], evaluate(slope, x[:, None])[:, 0]
-
-    return bracketed_root(value_and_slope, left, right, rising)

@@ -18,6 +18,9 @@ from ocp_traj.task import TrajectoryTask
 _POWER = {"velocity": 1, "cartesian_speed": 1, "acceleration": 2, "jerk": 3}
 _MAX_EXCHANGES = 30
 _TOLERANCE = 1e-10
+_NODE_BASIS = np.cos(
+    np.pi / chebyshev.DEGREE * np.outer(np.arange(chebyshev.DEGREE + 1), np.arange(chebyshev.DEGREE + 1))
+)
 _SLOWEST_START = 1e-6
 _SLOWEST = 1e6
 
@@ -34,9 +37,9 @@ def smallest_scale(
     Velocity, acceleration and jerk fall with s, s^2 and s^3, so their part is closed form. Torques are
     gravity + viscous / s + inertial / s^2 + Coulomb friction: at given times the forbidden s are intervals
     between roots of polynomials; times are added where the torque is largest until none is above its limit
-    (an exchange method: each round solves for a growing set of times and looks for the worst time left).
-    A user's own constraints are asked again on the slowed motion; where they need it, the smallest slowing above
-    the one found is sought by bracketing. Limits are met without the judge's 1e-6.
+    (an exchange method: each round solves for a growing set of times and looks for the worst time left). A
+    user's own constraints are asked again on the slowed motion; where they need it, the smallest slowing
+    above the one found is sought by bracketing. Limits are met without the judge's 1e-6.
 
     Parameters
     ----------
@@ -63,7 +66,7 @@ def smallest_scale(
 
 
 def _with_constraints(task: TrajectoryTask, motion: Motion, smallest: float, largest: float) -> float | None:
-    """Return a slowing in [smallest, largest] that keeps the user's own constraints, too: the first one found."""
+    """Return a slowing in [smallest, largest] that keeps the user's own constraints, too; the first found."""
 
     def excess(log_scale: float) -> float:
         slowed = Motion.of(motion.trajectory.scaled(float(np.exp(log_scale))))
@@ -82,12 +85,14 @@ def _with_constraints(task: TrajectoryTask, motion: Motion, smallest: float, lar
     return None
 
 
-def _with_torques(task: TrajectoryTask, torques: TorqueCurve, smallest: float, largest: float) -> float | None:
+def _with_torques(
+    task: TrajectoryTask, torques: TorqueCurve, smallest: float, largest: float
+) -> float | None:
     """Return the smallest slowing in [smallest, largest] that keeps torques and torque rates, too."""
     curves = [_Curve(task, torques, name) for name in ("torque", "torque_rate") if task.limited(name)]
     with np.errstate(divide="ignore"):
         fastest, slowest = float(1.0 / np.float64(smallest)), float(1.0 / np.float64(largest))
-    polynomials = [curve.violations(*curve.grid) for curve in curves]
+    polynomials = [curve.first_violations() for curve in curves]
     if np.isinf(fastest):
         fastest = min(_always_violated_beyond(block) for block in polynomials)
         if np.isinf(fastest):
@@ -101,7 +106,9 @@ def _with_torques(task: TrajectoryTask, torques: TorqueCurve, smallest: float, l
         if not any(row.size for row, _ in worst):
             return 1.0 / x
         polynomials += [
-            curve.violations(row, theta) for curve, (row, theta) in zip(curves, worst, strict=True) if row.size
+            curve.violations(row, theta)
+            for curve, (row, theta) in zip(curves, worst, strict=True)
+            if row.size
         ]
     return None if x is None else 1.0 / x
 
@@ -126,29 +133,35 @@ class _Curve:
         self.parts = parts.reshape(len(parts), -1, parts.shape[3])
         self.limits = task.limits.get(name)[torques.gaps].transpose(0, 2, 1).reshape(-1, 2)
 
-    @property
-    def grid(self) -> tuple[chebyshev.Pieces, Array]:
-        """Rows and angles to begin with: the nodes of every row."""
-        rows = self.parts.shape[1]
-        theta = np.linspace(0.0, np.pi, chebyshev.DEGREE + 1)
-        return np.repeat(np.arange(rows), theta.size), np.tile(theta, rows)
+    def first_violations(self) -> Array:
+        """Return polynomials in x, above 0 where a limit is broken, at the nodes of every row, (R, d + 1)."""
+        values = (self.parts @ _NODE_BASIS).transpose(1, 2, 0)
+        rows = np.repeat(np.arange(values.shape[0]), values.shape[1])
+        return self._beyond_limits(values.reshape(-1, values.shape[2]), rows)
 
     def violations(self, row: chebyshev.Pieces, theta: Array) -> Array:
-        """Return polynomials in x that are above 0 where a limit is broken, (R, d + 1)."""
+        """Return the same at chosen rows and angles."""
         values = np.stack([chebyshev.evaluate(part[row], theta) for part in self.parts], axis=1)
+        return self._beyond_limits(values, row)
+
+    def _beyond_limits(self, values: Array, row: chebyshev.Pieces) -> Array:
         above, below = values.copy(), -values
         above[:, 0] -= self.limits[row, 1]
         below[:, 0] += self.limits[row, 0]
-        both = np.concatenate([above, below])
+        both: Array = np.concatenate([above, below])
         return both[np.isfinite(both[:, 0])]
 
     def violated(self, x: float) -> tuple[chebyshev.Pieces, Array]:
         """Return rows and angles of the extrema above the limits at slowing 1/x."""
         series = np.tensordot(x ** np.arange(len(self.parts)), self.parts, axes=1)
-        row, theta = chebyshev.critical_points(series)
+        lower, upper = self.limits.T
+        low, high, lower_bound, upper_bound = chebyshev.enclosures(series)
+        width = np.where(np.isfinite(upper - lower), upper - lower, np.maximum(-low, high).max())
+        chosen = np.flatnonzero((lower_bound < lower) | (upper_bound > upper))
+        row, theta = chebyshev.critical_points(series[chosen])
+        row = chosen[row]
         values = chebyshev.evaluate(series[row], theta)
-        lower, upper = self.limits[row].T
-        allowed = _TOLERANCE * np.where(np.isfinite(upper - lower), upper - lower, np.abs(values).max())
+        allowed, lower, upper = _TOLERANCE * width[row], lower[row], upper[row]
         over = (values > upper + allowed) | (values < lower - allowed)
         return row[over], theta[over]
 

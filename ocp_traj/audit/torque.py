@@ -16,7 +16,7 @@ from ocp_traj.robot.robot import Robot
 from ocp_traj.task import TrajectoryTask
 
 TORQUE_TOLERANCE = 1e-9
-"""Allowed interpolation error as a part of the torque limit, or of the largest torque where that is smaller."""
+"""Allowed interpolation error as a part of the torque limit, or of the largest torque if that is smaller."""
 
 _RATE_TOLERANCE = 1e-7
 _ROUNDING = 1e-13
@@ -60,7 +60,8 @@ class TorqueCurve:
     @property
     def bounds(self) -> Array:
         """Bound on the error of the torques of each segment, (S, n), N m."""
-        return self.curve.bounds.reshape(-1, 3, self.n).sum(axis=1)
+        total: Array = self.curve.bounds.reshape(-1, 3, self.n).sum(axis=1)
+        return total
 
     def coefficients(self, x: float = 1.0) -> Array:
         """Return the Chebyshev coefficients of the torques at slowing 1/x, (S, n, .)."""
@@ -70,7 +71,7 @@ class TorqueCurve:
         return torques
 
     def rate_coefficients(self, x: float = 1.0) -> Array:
-        """Return those of the torque rates at slowing 1/x, (S, n, .); the jump of Coulomb friction is no part of it."""
+        """Return those of the torque rates at slowing 1/x, (S, n, .), without jumps of Coulomb friction."""
         per_second = 2.0 * x / self.seconds
         return chebyshev.differentiate(self.coefficients(x)) * per_second[:, None, None]
 
@@ -81,7 +82,7 @@ class TorqueCurve:
 
 
 def torque_curve(task: TrajectoryTask, motion: Motion) -> TorqueCurve:
-    """Sample the reference inverse dynamics along a motion until its interpolation error is below the tolerance.
+    """Sample the reference inverse dynamics along a motion until the error bound meets the tolerance.
 
     Raises
     ------
@@ -120,7 +121,8 @@ def torques_at(
 ) -> tuple[Array, Array, Array, Array]:
     """Return q, v, a, tau, each (S C, n), at points x (S, C); each row of x inside one of `segments`.
 
-    Coulomb friction acts against the velocity in the middle of the row. Without a robot that has inertia tau is 0.
+    Coulomb friction acts against the velocity in the middle of the row. Without a robot that has inertia tau
+    is 0.
     """
     q, v, a = (motion.sample(x, pieces, order).reshape(-1, motion.n) for order in range(3))
     robot = task.robot
@@ -151,7 +153,7 @@ def _parts(robot: Robot, motion: Motion) -> chebyshev.Function:
 
 
 def segments(task: TrajectoryTask, motion: Motion) -> tuple[chebyshev.Pieces, Array, Array]:
-    """Return the pieces and the left and right ends inside them, cut where Coulomb friction may turn round."""
+    """Return pieces and the left and right ends inside them, cut where Coulomb friction may turn round."""
     count = len(motion.starts)
     if task.robot is None or not task.robot.has_inertia:
         return np.arange(count), np.zeros(count), np.ones(count)
@@ -176,11 +178,13 @@ def torque_rate_peaks(task: TrajectoryTask, torques: TorqueCurve) -> list[Extrem
 def _peaks(task: TrajectoryTask, torques: TorqueCurve, coefficients: Array, name: str) -> list[Extremum]:
     n = torques.n
     flat = coefficients.reshape(-1, coefficients.shape[2])
-    row, theta = chebyshev.critical_points(flat)
+    limits = task.limits.get(name)[torques.gaps].transpose(0, 2, 1).reshape(-1, 2)
+    chosen = _rows_to_refine(flat, limits, n)
+    row, theta = chebyshev.critical_points(flat[chosen])
+    row = chosen[row]
     values = chebyshev.evaluate(flat[row], theta)
+    ratios = side_ratios(values, limits[row, 0], limits[row, 1], _ROUNDING * np.abs(flat).sum(axis=1).max())
     segment, joint = row // n, row % n
-    limits = task.limits.get(name)[torques.gaps[segment], :, joint]
-    ratios = side_ratios(values, limits[:, 0], limits[:, 1], _ROUNDING * np.abs(values).max())
     peaks = []
     for index in np.flatnonzero(np.isfinite(task.limits.get(name)).any(axis=(0, 1))):
         mine = np.flatnonzero(joint == index)
@@ -193,14 +197,24 @@ def _peaks(task: TrajectoryTask, torques: TorqueCurve, coefficients: Array, name
                 ratio=float(ratios[best]),
                 gap=int(torques.gaps[segment[best]]),
                 value=float(values[best]),
-                bound=float(limits[best, 1] if values[best] >= 0 else limits[best, 0]),
+                bound=float(limits[row[best], 1 if values[best] >= 0 else 0]),
             )
         )
     return peaks
 
 
+def _rows_to_refine(series: Array, limits: Array, n: int) -> chebyshev.Pieces:
+    """Return the rows that may hold a joint's largest ratio: bounds of the others are below a value seen."""
+    low, high, lower_bound, upper_bound = (
+        side_ratios(values, limits[:, 0], limits[:, 1]).reshape(-1, n)
+        for values in chebyshev.enclosures(series)
+    )
+    seen = np.maximum(low, high).max(axis=0)
+    return np.flatnonzero((np.maximum(lower_bound, upper_bound) >= seen).ravel())
+
+
 def relative_bound(task: TrajectoryTask, torques: TorqueCurve) -> float:
-    """Return the bound on the torques' error as a part of the smallest limit (of the largest torque without one)."""
+    """Return the bound on the torques' error as a part of the smallest limit, or of the largest torque."""
     limit = _smallest_limit(task, "torque")
     largest = np.abs(torques.coefficients()).sum(axis=2).max()
     measure = np.where(np.isfinite(limit), limit, largest)

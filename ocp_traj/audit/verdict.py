@@ -13,7 +13,7 @@ WAYPOINT_TOLERANCE = 1e-8
 """A waypoint's box may be missed by this, rad or m."""
 
 BOUNDARY_TOLERANCE = 1e-8
-"""A boundary condition may be missed by this part of the limit, or of the motion's largest value without one."""
+"""A boundary condition may be missed by this part of the limit, or of the motion's largest value."""
 
 DURATION_TOLERANCE = 1e-9
 """A bound on a duration may be missed by this part of it."""
@@ -36,14 +36,15 @@ class Extremum:
     Attributes
     ----------
     limit : str
-        ``position``, ``velocity``, ``acceleration``, ``jerk``, ``torque``, ``torque_rate``, ``cartesian_speed`` or
-        ``constraint``.
+        ``position``, ``velocity``, ``acceleration``, ``jerk``, ``torque``, ``torque_rate``,
+        ``cartesian_speed`` or ``constraint``.
     joint : int
         From 0; -1 for frames and a user's own constraints.
     time : float
         s.
     ratio : float
-        Value over the limit on its own side; for positions and constraints 1 + excess / width. Above 1 is broken.
+        Value over the limit on its own side; for positions and constraints 1 + excess / width. Above 1 is
+        broken.
     gap : int
         Gap between waypoints, from 0.
     value, bound : float
@@ -93,7 +94,7 @@ class Extremum:
         where = f"joint {self.joint + 1}, " if self.joint >= 0 else ""
         name = f"{self.limit.replace('_', ' ')} {self.label}".rstrip()
         unit = _UNITS.get(self.limit, "")
-        times = f", {self.ratio:.7g} times the limit" if self.limit != "position" else ""
+        times = f", {self.ratio:.7g} times the limit" if self.limit not in ("position", "constraint") else ""
         return (
             f"{name}: {where}gap {self.gap + 1}, at {self.time:.6g} s: {self.value:.9g} "
             f"against {self.bound:.9g} {unit}".rstrip()
@@ -108,8 +109,8 @@ class Verdict:
     Attributes
     ----------
     feasible : bool
-        Every ratio is at most 1 + 1e-6 at every time, waypoints and boundary conditions are met within 1e-8, and
-        the durations lie within their bounds.
+        Every ratio is at most 1 + 1e-6 at every time, waypoints and boundary conditions are met within 1e-8,
+        and the durations lie within their bounds.
     duration : float
         s.
     worst : Extremum or None
@@ -119,9 +120,11 @@ class Verdict:
     waypoint_error : float
         Largest distance of a joint from a waypoint's box, rad or m.
     boundary_error : float
-        Largest miss of a boundary condition, as a part of its limit (of the motion's largest value without one).
+        Largest miss of a boundary condition, as a part of its limit (of the motion's largest value without
+        one).
     smallest_feasible_scale : float or None
-        Smallest uniform slowing that makes the motion feasible (below 1 where there is slack); None if none does.
+        Smallest uniform slowing that makes the motion feasible (below 1 where there is slack); None if none
+        does.
     findings : tuple of str
         One sentence for each broken thing; joints, gaps and waypoints count from 1.
     torque_bound : float
@@ -162,8 +165,12 @@ class Verdict:
         lines = [f"{'feasible' if self.feasible else 'NOT feasible'}, {self.duration:.6g} s"]
         for name, extremum in self.limits.items():
             where = f"joint {extremum.joint + 1}, " if extremum.joint >= 0 else ""
-            lines.append(f"  {name:<14} {extremum.ratio:.7f}  {where}gap {extremum.gap + 1}, {extremum.time:.6g} s")
-        lines.append(f"  waypoints met within {self.waypoint_error:.2g}, boundary within {self.boundary_error:.2g}")
+            lines.append(
+                f"  {name:<14} {extremum.ratio:.7f}  {where}gap {extremum.gap + 1}, {extremum.time:.6g} s"
+            )
+        lines.append(
+            f"  waypoints met within {self.waypoint_error:.2g}, boundary within {self.boundary_error:.2g}"
+        )
         if self.smallest_feasible_scale is None:
             lines.append("  no uniform slowing makes it feasible")
         else:

@@ -57,7 +57,9 @@ def _with_breakpoints(trajectory: Trajectory, times: Array) -> Trajectory:
 def _find(task: TrajectoryTask, trajectory: Trajectory) -> Array:
     """Return the times at which the waypoints are passed, (K,)."""
     motion = Motion.of(trajectory)
-    inner = (trajectory.breakpoints[:-1, None] + motion.durations[:, None] * np.arange(_SAMPLES) / _SAMPLES).ravel()
+    inner = (
+        trajectory.breakpoints[:-1, None] + motion.durations[:, None] * np.arange(_SAMPLES) / _SAMPLES
+    ).ravel()
     grid = np.append(inner, trajectory.breakpoints[-1])
     positions = trajectory(grid)
     best = np.zeros(1)
@@ -73,7 +75,9 @@ def _find(task: TrajectoryTask, trajectory: Trajectory) -> Array:
     _, last = _cheapest_before(found[-1], best, grid[-1:])
     chosen = int(last[0])
     if not np.isfinite(best[chosen]) or found[-1][chosen] >= grid[-1]:
-        raise InputError("the times at which the trajectory passes the waypoints cannot be told from its shape")
+        raise InputError(
+            "the times at which the trajectory passes the waypoints cannot be told from its shape"
+        )
     times = [grid[-1]]
     for candidates, before in zip(reversed(found[1:]), reversed(previous), strict=True):
         times.append(candidates[chosen])
@@ -99,8 +103,8 @@ def _nearest_times(trajectory: Trajectory, waypoint: Array, grid: Array, positio
         return (away * v).sum(axis=1), (v * v + away * a).sum(axis=1)
 
     left, right = grid[index - 1], grid[index + 1]
-    falling = slope(left)[0] < 0
-    turns = falling & (slope(right)[0] >= 0)
+    before, behind = slope(left)[0], slope(right)[0]
+    turns = (before < 0) & (behind >= 0)
     times = grid[index].copy()
-    times[turns] = bracketed_root(slope, left[turns], right[turns], falling[turns])
+    times[turns] = bracketed_root(slope, (left[turns], right[turns]), (before[turns], behind[turns]))
     return np.unique(times)
