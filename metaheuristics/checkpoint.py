@@ -7,7 +7,7 @@ import json
 import os
 from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from metaheuristics.optimizer import Optimizer, State
 from metaheuristics.problem import Problem
 from metaheuristics.recorder import Recorder
 
-T = TypeVar("T")
 FORMAT = 1
 
 
@@ -122,14 +121,21 @@ def make_digest(problem: Problem, optimizer: Optimizer[Any], ordering: object) -
 
 
 def _pack(value: Any, prefix: str, arrays: dict[str, Any]) -> dict[str, Any]:
-    """Return the scalars of a nested dataclass by dotted name, and add its arrays to `arrays`."""
+    """Return the scalars of nested members by dotted name, and add the arrays to `arrays`."""
     scalars: dict[str, Any] = {}
-    for entry in fields(value):
-        item, name = getattr(value, entry.name), f"{prefix}.{entry.name}"
-        if is_dataclass(item):
+    members = (
+        value
+        if isinstance(value, dict)
+        else {entry.name: getattr(value, entry.name) for entry in fields(value)}
+    )
+    for key, item in members.items():
+        name = f"{prefix}.{key}"
+        if is_dataclass(item) or isinstance(item, dict):
             scalars.update(_pack(item, name, arrays))
         elif isinstance(item, np.ndarray):
             arrays[name] = item
+        elif isinstance(item, np.generic):
+            scalars[name] = item.item()
         elif item is None or isinstance(item, (bool, int, float, str)):
             scalars[name] = item
         else:
@@ -137,18 +143,22 @@ def _pack(value: Any, prefix: str, arrays: dict[str, Any]) -> dict[str, Any]:
     return scalars
 
 
-def _unpack(template: T, prefix: str, arrays: dict[str, Any], scalars: dict[str, Any]) -> T:
-    """Return the template with all its fields read back."""
+def _unpack(template: Any, prefix: str, arrays: dict[str, Any], scalars: dict[str, Any]) -> Any:
+    """Return the template, a dataclass or a flat dictionary, with all its members read back."""
+    if isinstance(template, dict):
+        members = {name[len(prefix) + 1 :] for name in (*arrays, *scalars) if name.startswith(prefix + ".")}
+    else:
+        members = {entry.name for entry in fields(template)}
     changes: dict[str, Any] = {}
-    for entry in fields(template):  # type: ignore[arg-type]
-        name = f"{prefix}.{entry.name}"
+    for key in members:
+        name = f"{prefix}.{key}"
         if name in arrays:
-            changes[entry.name] = arrays[name]
+            changes[key] = arrays[name]
         elif name in scalars:
-            changes[entry.name] = scalars[name]
+            changes[key] = scalars[name]
         else:
-            changes[entry.name] = _unpack(getattr(template, entry.name), name, arrays, scalars)
-    return replace(template, **changes)  # type: ignore[type-var]
+            changes[key] = _unpack(getattr(template, key), name, arrays, scalars)
+    return changes if isinstance(template, dict) else replace(template, **changes)
 
 
 def _to_json(value: Any) -> Any:

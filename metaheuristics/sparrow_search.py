@@ -38,12 +38,15 @@ class SparrowState(State):
         (d,), its cost and violation: X_best, the best position so far.
     rows
         (p,) rows of the population the last candidates belong to.
+    previous_cost
+        Cost of the leader when the generation began.
     """
 
     leader: FloatArray
     leader_cost: float
     leader_violation: float
     rows: IntArray
+    previous_cost: float
 
 
 @dataclass(frozen=True)
@@ -135,9 +138,19 @@ class SparrowSearch(Optimizer[SparrowState]):
     ) -> SparrowState:
         """Return the state before the initial population is evaluated; see `Optimizer.make_state`."""
         worst = np.full(positions.shape[0], np.inf)
-        rows = np.arange(positions.shape[0])
         return SparrowState(
-            frame, ordering, 0, INITIAL_PHASE, positions, worst, worst, positions[0], np.inf, np.inf, rows
+            frame,
+            ordering,
+            generation=0,
+            phase=INITIAL_PHASE,
+            positions=positions,
+            cost=worst,
+            violation=worst,
+            leader=positions[0],
+            leader_cost=np.inf,
+            leader_violation=np.inf,
+            rows=np.arange(positions.shape[0]),
+            previous_cost=np.inf,
         )
 
     def propose(self, state: SparrowState, rng: np.random.Generator) -> tuple[FloatArray, SparrowState]:
@@ -149,6 +162,7 @@ class SparrowSearch(Optimizer[SparrowState]):
                 cost=state.cost.take(order),
                 violation=state.violation.take(order),
                 rows=np.arange(self.producer_count),
+                previous_cost=state.leader_cost,
             )
             return self.move_producers(state, rng), state
         if state.phase == SCROUNGERS:
