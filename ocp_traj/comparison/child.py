@@ -41,7 +41,11 @@ def _serve(request: dict[str, Any]) -> dict[str, Any]:
         with MemoryCap(request.get("memory_limit")):
             answer = load_function(request["runner"])(request)
     except MemoryError:
-        return {"state": "error", "reason": "memory limit", "message": "the run asked for more memory than it may take"}
+        return {
+            "state": "error",
+            "reason": "memory limit",
+            "message": "the run asked for more memory than it may take",
+        }
     except Exception as error:  # a solver's own bug is a row, not the end of the comparison
         last = traceback.format_exc().strip().splitlines()[-1]
         place = traceback.extract_tb(error.__traceback__)[-1]

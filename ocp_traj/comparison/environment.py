@@ -74,11 +74,16 @@ def git_state() -> dict[str, Any] | None:
         tracked = _git(folder, "ls-files", "--error-unmatch", "environment.py")
         if tracked is None:
             return None
-        return {"commit": _git(folder, "rev-parse", "HEAD"), "clean": _git(folder, "status", "--porcelain", "-uno") == ""}
+        return {
+            "commit": _git(folder, "rev-parse", "HEAD"),
+            "clean": _git(folder, "status", "--porcelain", "-uno") == "",
+        }
     except (OSError, subprocess.TimeoutExpired):
         return None
 
 
 def _git(folder: Path, *arguments: str) -> str | None:
-    done = subprocess.run(["git", *arguments], cwd=folder, capture_output=True, text=True, timeout=10, check=False)
+    done = subprocess.run(
+        ["git", *arguments], cwd=folder, capture_output=True, text=True, timeout=10, check=False
+    )
     return done.stdout.strip() if done.returncode == 0 else None

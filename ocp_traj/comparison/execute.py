@@ -12,7 +12,9 @@ Request: TypeAlias = dict[str, Any]
 Answer: TypeAlias = dict[str, Any]
 
 
-def execute(requests: Sequence[Request], jobs: int = 1, dask: str | None = None) -> Iterator[tuple[int, Answer]]:
+def execute(
+    requests: Sequence[Request], jobs: int = 1, dask: str | None = None
+) -> Iterator[tuple[int, Answer]]:
     """Yield (place in `requests`, answer) as they finish.
 
     Parameters
@@ -61,14 +63,17 @@ def _execute_on_dask(requests: Sequence[Request], address: str) -> Iterator[tupl
     try:
         from distributed import Client, as_completed
     except ImportError as error:
-        raise UnavailableError(f"--dask needs the extra 'cluster' (pip install ocp-traj[cluster]): {error}") from error
+        raise UnavailableError(
+            f"--dask needs the extra 'cluster' (pip install ocp-traj[cluster]): {error}"
+        ) from error
     try:
         client = Client(address, timeout=5)
     except (OSError, ValueError) as error:
         raise UnavailableError(f"no Dask scheduler answers at {address!r}: {error}") from error
     with client:
         places = {
-            client.submit(run_supervised, request, pure=False): place for place, request in enumerate(requests)
+            client.submit(run_supervised, request, pure=False): place
+            for place, request in enumerate(requests)
         }
         try:
             for future in as_completed(places):
@@ -76,7 +81,11 @@ def _execute_on_dask(requests: Sequence[Request], address: str) -> Iterator[tupl
                 if error is None:
                     answer = future.result()
                 else:
-                    answer = {"status": "failed", "reason": "crash", "message": f"the Dask worker was lost: {error}"}
+                    answer = {
+                        "status": "failed",
+                        "reason": "crash",
+                        "message": f"the Dask worker was lost: {error}",
+                    }
                 yield places[future], answer
         finally:
             client.cancel(list(places))

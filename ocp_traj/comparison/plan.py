@@ -196,12 +196,28 @@ def derive_seed(root: int, case: str, index: int) -> int:
     return int.from_bytes(hashlib.sha256(text).digest()[:4], "big") >> 1
 
 
+def canonical_name(solver: str) -> str:
+    """Return a solver's name with its parameters in alphabetical order and without spaces.
+
+    So ``pso[b=2, a=1]`` and ``pso[a=1,b=2]`` are one solver.
+    """
+    name, bracket, rest = solver.strip().partition("[")
+    parameters = sorted(
+        "=".join(side.strip() for side in part.split("="))
+        for part in rest.rstrip("] ").split(",")
+        if part.strip()
+    )
+    return f"{name.strip()}[{','.join(parameters)}]" if bracket and parameters else name.strip()
+
+
 def _refuse_ambiguous(identities: Sequence[tuple[CaseChoice, str, str]]) -> None:
     digests: dict[str, CaseChoice] = {}
     labels: dict[str, CaseChoice] = {}
     for choice, label, digest in identities:
         if digest in digests:
-            raise InputError(f"cases {digests[digest].case!r} and {choice.case!r} are the same problem, expected each once")
+            raise InputError(
+                f"cases {digests[digest].case!r} and {choice.case!r} are the same problem, expected each once"
+            )
         if label in labels:
             raise InputError(f"cases {labels[label].case!r} and {choice.case!r} are both named {label!r}")
         digests[digest] = labels[label] = choice
@@ -226,7 +242,9 @@ def plan_from_table(table: Mapping[str, Any], file: str) -> Plan:
     """
     unknown = sorted(set(table) - _PLAN_KEYS)
     if unknown:
-        raise InputError(f"{file}: {unknown[0]}: unknown key, expected one of {', '.join(sorted(_PLAN_KEYS))}")
+        raise InputError(
+            f"{file}: {unknown[0]}: unknown key, expected one of {', '.join(sorted(_PLAN_KEYS))}"
+        )
     if table.get("schema") != 1:
         raise InputError(f"{file}: schema: {table.get('schema')!r} given, expected 1")
     budget = table.get("budget")
@@ -237,15 +255,25 @@ def plan_from_table(table: Mapping[str, Any], file: str) -> Plan:
         ("references", bool, "true or false"),
     ):  # fmt: skip
         given = table.get(name)
-        if given is not None and (not isinstance(given, kinds) or (isinstance(given, bool) and kinds is not bool)):
+        if given is not None and (
+            not isinstance(given, kinds) or (isinstance(given, bool) and kinds is not bool)
+        ):
             raise InputError(f"{file}: {name}: {given!r} given, expected {expected}")
-    if any(entry is not None and (not isinstance(entry, int) or isinstance(entry, bool)) for entry in budgets):
+    if any(
+        entry is not None and (not isinstance(entry, int) or isinstance(entry, bool)) for entry in budgets
+    ):
         raise InputError(f"{file}: budget: {budget!r} given, expected a whole number or a list of them")
-    values: dict[str, Any] = {name: table[name] for name in ("seeds", "seed", "time_limit", "references") if name in table}
+    values: dict[str, Any] = {
+        name: table[name] for name in ("seeds", "seed", "time_limit", "references") if name in table
+    }
     if "cases" in table:
-        values["cases"] = tuple(_case_choice(entry, file) for entry in _as_list(table["cases"], "cases", file))
+        values["cases"] = tuple(
+            _case_choice(entry, file) for entry in _as_list(table["cases"], "cases", file)
+        )
     if "solvers" in table:
-        values["solvers"] = tuple(_as_string(entry, "solvers", file) for entry in _as_list(table["solvers"], "solvers", file))
+        values["solvers"] = tuple(
+            _as_string(entry, "solvers", file) for entry in _as_list(table["solvers"], "solvers", file)
+        )
     if "memory_limit_gb" in table:
         values["memory_limit"] = int(table["memory_limit_gb"] * 2**30)
     return Plan(budgets=tuple(budgets), **values)
@@ -269,7 +297,9 @@ def _case_choice(entry: Any, file: str) -> CaseChoice:
         unknown = sorted(set(entry) - {"case", "set"})
         if unknown:
             raise InputError(f"{file}: cases: unknown key {unknown[0]!r}, expected case or set")
-        overrides = tuple(_as_string(item, "cases.set", file) for item in _as_list(entry.get("set", []), "cases.set", file))
+        overrides = tuple(
+            _as_string(item, "cases.set", file) for item in _as_list(entry.get("set", []), "cases.set", file)
+        )
         entry = entry.get("case")
     name = _as_string(entry, "cases", file)
     beside = Path(file).parent / name

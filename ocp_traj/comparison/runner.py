@@ -30,7 +30,11 @@ def solve_case(request: Mapping[str, Any]) -> dict[str, Any]:
 
     task = load_case(request["case"], request["overrides"])
     result = solve(
-        task, request["solver"], seed=request["seed"], budget=request["budget"], time_limit=request["time_limit"]
+        task,
+        request["solver"],
+        seed=request["seed"],
+        budget=request["budget"],
+        time_limit=request["time_limit"],
     )
     return pack_result(result)
 
@@ -42,7 +46,7 @@ def pack_result(result: Any) -> dict[str, Any]:
     solution, verdict = result.solution, result.audit
     answer = {
         "status": solution.status.key,
-        "message": solution.message,
+        "message": result.message,
         "claimed": claims_success(solution),
         "feasible": verdict is not None and bool(verdict.feasible),
         "objective": _number(result.objective),
@@ -64,7 +68,11 @@ def pack_result(result: Any) -> dict[str, Any]:
     if result.trajectory is not None:
         answer["trajectory"] = to_json(result.trajectory)
     if answer["feasible"] and answer["objective"] is None:
-        answer |= {"feasible": False, "status": "failed", "message": f"objective is no number; {solution.message}"}
+        answer |= {
+            "feasible": False,
+            "status": "failed",
+            "message": f"objective is no number; {result.message}",
+        }
     packed: dict[str, Any] = finite(answer)
     return packed
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from ocp_traj.comparison.plan import Plan, RunSpec
 from ocp_traj.comparison.record import RunRecord, finite
-from ocp_traj.exceptions import InputError
+from ocp_traj.exceptions import InputError, UnavailableError
 
 FILE_NAME = "results.sqlite"
 
@@ -205,7 +205,10 @@ class Store:
             name = self._write_trajectory(spec, record.trajectory)
         values = _columns(spec, record, name, plan)
         holes = ", ".join("?" * len(values))
-        history = [json.dumps(record.history.get(part, [])) for part in ("evaluations", "cost", "violation", "seconds")]
+        history = [
+            json.dumps(record.history.get(part, []))
+            for part in ("evaluations", "cost", "violation", "seconds")
+        ]
         with self._transaction():
             self._connection.execute(
                 f"INSERT OR IGNORE INTO runs ({', '.join(values)}) VALUES ({holes})", tuple(values.values())
@@ -215,7 +218,10 @@ class Store:
             )
 
     def _write_trajectory(self, spec: RunSpec, trajectory: dict[str, Any]) -> str:
-        safe = "".join(letter if letter.isalnum() or letter in "-." else "_" for letter in f"{spec.case_name}-{spec.solver}")
+        safe = "".join(
+            letter if letter.isalnum() or letter in "-." else "_"
+            for letter in f"{spec.case_name}-{spec.solver}"
+        )
         name = f"{safe[:80]}-{spec.seed}-{spec.case_digest[:6]}{spec.settings_digest[:6]}.spline.json"
         path = self.folder / "trajectories" / name
         temporary = path.with_suffix(".part")
@@ -231,7 +237,9 @@ class Store:
             if histories
             else "SELECT * FROM runs r"
         )
-        found = self._connection.execute(f"{query} ORDER BY case_name, case_digest, solver, settings_digest, seed_index")
+        found = self._connection.execute(
+            f"{query} ORDER BY case_name, case_digest, solver, settings_digest, seed_index"
+        )
         return [_row(entry, histories) for entry in found]
 
     def trajectory(self, row: Row) -> dict[str, Any] | None:
@@ -243,7 +251,9 @@ class Store:
 
     def table(self) -> tuple[list[str], list[tuple[Any, ...]]]:
         """Return the columns and values of all runs, for export."""
-        cursor = self._connection.execute("SELECT * FROM runs ORDER BY case_name, solver, settings_digest, seed_index")
+        cursor = self._connection.execute(
+            "SELECT * FROM runs ORDER BY case_name, solver, settings_digest, seed_index"
+        )
         return [entry[0] for entry in cursor.description], [tuple(row) for row in cursor]
 
 
@@ -276,7 +286,9 @@ def _row(entry: sqlite3.Row, histories: bool) -> Row:
         worst = {name: entry[f"worst_{name}"] for name in ("limit", "joint", "time", "ratio")}
     history = {}
     if histories and entry["h_cost"] is not None:
-        history = {part: json.loads(entry[f"h_{part}"]) for part in ("evaluations", "cost", "violation", "seconds")}
+        history = {
+            part: json.loads(entry[f"h_{part}"]) for part in ("evaluations", "cost", "violation", "seconds")
+        }
     record = RunRecord(
         **{name: entry[name] for name in _PLAIN},
         claimed=bool(entry["claimed"]),
@@ -301,29 +313,26 @@ def missing(store: Store, specs: Iterable[RunSpec]) -> list[RunSpec]:
     return [spec for spec in specs if spec.key not in done]
 
 
-def export_table(store: Store, path: Path) -> None:
-    """Write all runs as CSV or Parquet, by the file's ending.
+def export_table(store: Store, path: Path, kind: str) -> None:
+    """Write all runs as one table; `kind` is ``csv`` or ``parquet``.
 
     Raises
     ------
     InputError
-        The ending is neither ``.csv`` nor ``.parquet``.
+        The file cannot be written.
     UnavailableError
         Parquet is asked for and pyarrow is not installed.
     """
     import pandas
 
-    from ocp_traj.exceptions import UnavailableError
-
     columns, values = store.table()
     frame = pandas.DataFrame.from_records(values, columns=columns)
-    if path.suffix == ".csv":
-        frame.to_csv(path, index=False)
-    elif path.suffix == ".parquet":
-        try:
+    try:
+        if kind == "csv":
+            frame.to_csv(path, index=False)
+        else:
             frame.to_parquet(path, index=False)
-        except ImportError as error:
-            raise UnavailableError(f"Parquet needs the package pyarrow: {error}") from error
-    else:
-        raise InputError(f"{path} ends in {path.suffix!r}, expected .csv or .parquet")
-
+    except ImportError as error:
+        raise UnavailableError(f"Parquet needs the package pyarrow: {error}") from error
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror or error}") from None

@@ -49,7 +49,11 @@ class Supervisor:
         """Execute one request and return its record; a crash or a limit is a record with its reason."""
         answer = self.call(request, request.get("time_limit"), request.get("memory_limit"))
         if answer["state"] == "done":
-            values = {**answer["answer"], "wall_time": answer["seconds"], "peak_memory": answer["peak_memory"]}
+            values = {
+                **answer["answer"],
+                "wall_time": answer["seconds"],
+                "peak_memory": answer["peak_memory"],
+            }
             return RunRecord.from_json(values)
         status = "time_exhausted" if answer["reason"] == "time limit" else "failed"
         return RunRecord(
@@ -60,7 +64,9 @@ class Supervisor:
             peak_memory=answer["peak_memory"],
         )
 
-    def call(self, request: dict[str, Any], time_limit: float | None, memory_limit: int | None) -> dict[str, Any]:
+    def call(
+        self, request: dict[str, Any], time_limit: float | None, memory_limit: int | None
+    ) -> dict[str, Any]:
         """Execute one request; the answer has ``state`` done or error, ``seconds`` and ``peak_memory``."""
         failure = self._start()
         if failure is not None:

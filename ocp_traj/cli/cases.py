@@ -1,0 +1,72 @@
+"""``ocp-traj init`` and ``ocp-traj check``: start a case file, and find out what is wrong with one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from ocp_traj.cli.main import WRONG_INPUT
+from ocp_traj.cli.output import console_for, overrides_option
+from ocp_traj.exceptions import InputError
+
+if TYPE_CHECKING:
+    from ocp_traj.task import TrajectoryTask
+
+
+@click.command(name="init")
+@click.argument("file", default="case.toml")
+@click.option("--force", is_flag=True, help="Overwrite an existing file.")
+def init_case(file: str, force: bool) -> None:
+    """Write a commented case to start from into FILE (default case.toml)."""
+    from ocp_traj.case import case_template
+
+    path = Path(file)
+    try:
+        with path.open("w" if force else "x", encoding="utf-8") as handle:
+            handle.write(case_template())
+    except FileExistsError:
+        raise InputError(f"{file} exists already, expected a new name or --force") from None
+    except OSError as error:
+        raise InputError(f"cannot write {file}: {error.strerror}") from None
+    click.echo(f"wrote {file}; next: ocp-traj check {file}, ocp-traj solve {file}")
+
+
+@click.command(name="check")
+@click.argument("cases", nargs=-1, required=True, metavar="CASE...")
+@overrides_option
+def check_cases(cases: tuple[str, ...], overrides: tuple[str, ...]) -> int:
+    """Read cases and say what is wrong with them, or what they ask for."""
+    from ocp_traj.case import load_case
+
+    console = console_for(None)
+    wrong = 0
+    for case in cases:
+        try:
+            task = load_case(case, overrides)
+        except InputError as error:
+            click.echo("ocp-traj: " + " ".join(str(error).split()), err=True)
+            wrong += 1
+        else:
+            console.print(describe(task), markup=False)
+    return WRONG_INPUT if wrong else 0
+
+
+def describe(task: TrajectoryTask) -> str:
+    """Return in a few lines what a task asks for."""
+    from ocp_traj.task import LIMIT_NAMES
+
+    limited = [name.replace("_", " ") for name in LIMIT_NAMES if task.limited(name)]
+    robot = "no robot (kinematic)" if task.robot is None else f"robot {task.robot.name}"
+    knots = f", {task.virtual_knots} virtual knots a gap" if task.virtual_knots else ""
+    weights = ", ".join(
+        f"{name.replace('_', ' ')} {weight:g}" for name, weight in task.objective.weights.items()
+    )
+    return (
+        f"{task.name}: {task.title}\n"
+        f"  {robot}, {task.n} joints, {len(task.waypoints)} waypoints\n"
+        f"  {task.family}{knots}\n"
+        f"  limits: {', '.join(limited) or 'none'}\n"
+        f"  minimise: {weights or 'own objective'}"
+    )

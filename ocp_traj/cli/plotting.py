@@ -1,0 +1,129 @@
+"""``ocp-traj plot``: pictures of a motion or a comparison, for publications."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from ocp_traj.cli.output import overrides_option
+from ocp_traj.exceptions import InputError
+
+if TYPE_CHECKING:
+    from ocp_traj.comparison.figure import Picture
+    from ocp_traj.task import TrajectoryTask
+    from ocp_traj.trajectory import Trajectory
+
+MOTION_NAMES = ("motion", "limits", "path", "power")
+COMPARISON_NAMES = ("convergence", "runtime", "performance", "data")
+
+
+@click.command(name="plot")
+@click.argument("file")
+@click.option(
+    "--picture",
+    type=click.Choice([*MOTION_NAMES, *COMPARISON_NAMES]),
+    help="What to draw; default motion, or runtime for a comparison.",
+)
+@click.option(
+    "--case", help="Case whose limits and robot belong to the motion; default: the one named in FILE."
+)
+@overrides_option
+@click.option("--output", metavar="FILE.png", help="PNG, PDF or SVG; default: beside FILE.")
+def plot_file(
+    file: str, picture: str | None, case: str | None, overrides: tuple[str, ...], output: str | None
+) -> None:
+    """Draw a trajectory (.csv, .spline.json), a result (.json) or a comparison (its folder).
+
+    motion: q, v, a, jerk and torque against their limits; limits: the same as shares; path: the tool; power.
+    convergence, runtime, performance, data: of a comparison; with several problems, choose one with --case.
+    """
+    from ocp_traj.comparison.drawing import save_picture
+
+    path = Path(file)
+    if path.is_dir():
+        name = picture or "runtime"
+        drawn = _comparison_picture(path, name, case)
+        target = path / f"{name}.png"
+    else:
+        name = picture or "motion"
+        drawn = _motion_picture(path, name, case, overrides)
+        target = path.with_name(f"{path.name.split('.')[0]}-{name}.png")
+    save_picture(drawn, Path(output) if output else target)
+    click.echo(str(output or target))
+
+
+def _comparison_picture(folder: Path, name: str, case: str | None) -> Picture:
+    from ocp_traj.comparison.comparison_pictures import COMPARISON_PICTURES, convergence_picture
+    from ocp_traj.comparison.judging import judge
+    from ocp_traj.comparison.store import Store
+
+    if name in MOTION_NAMES:
+        raise InputError(
+            f"{folder} is a comparison, expected one of the pictures {', '.join(COMPARISON_NAMES)}"
+        )
+    with Store(folder) as store:
+        wanted = store.problems()
+        rows = [row for row in store.rows() if (row.case_digest, row.settings_digest) in wanted]
+        judgement = judge(rows, store.cases())
+    if not judgement.problems:
+        raise InputError(f"{folder} holds no runs yet")
+    if name != "convergence":
+        return COMPARISON_PICTURES[name](judgement)
+    named = [problem for problem in judgement.problems if case in (None, problem.name, problem.label)]
+    if not named:
+        names = ", ".join(problem.label for problem in judgement.problems)
+        raise InputError(f"case {case!r} is not in this comparison, expected one of {names}")
+    return convergence_picture(judgement, named[0])
+
+
+def _motion_picture(path: Path, name: str, case: str | None, overrides: tuple[str, ...]) -> Picture:
+    from ocp_traj.comparison.pictures import MOTION_PICTURES
+
+    if name not in MOTION_NAMES:
+        raise InputError(f"{path} is a motion, expected one of the pictures {', '.join(MOTION_NAMES)}")
+    motion = read_motion(path)
+    return MOTION_PICTURES[name](task_of(motion, path, case, overrides), motion)
+
+
+def read_motion(path: Path) -> Trajectory:
+    """Return the motion in a CSV, an exact curve or a result."""
+    from ocp_traj.trajectory_files import read_csv, read_json
+
+    return read_csv(path) if path.suffix == ".csv" else read_json(path)
+
+
+def task_of(motion: Trajectory, path: Path, case: str | None, overrides: tuple[str, ...]) -> TrajectoryTask:
+    """Return the case a motion belongs to: the one given, the packaged one it names, else one without limits.
+
+    Raises
+    ------
+    InputError
+        The case does not fit the motion.
+    """
+    from ocp_traj.case import case_names, load_case
+
+    name = case or _case_named_in(path, motion)
+    if name is None or (case is None and name not in case_names()):
+        return _unlimited(motion)
+    task = load_case(name, overrides)
+    if task.n != motion.n:
+        raise InputError(f"the motion has {motion.n} joints, but case {task.name} has {task.n}")
+    return task
+
+
+def _case_named_in(path: Path, motion: Trajectory) -> str | None:
+    if motion.case:
+        return motion.case
+    if path.suffix != ".json":
+        return None
+    name = json.loads(path.read_text(encoding="utf-8")).get("case")
+    return name if isinstance(name, str) else None
+
+
+def _unlimited(motion: Trajectory) -> TrajectoryTask:
+    from ocp_traj.task import TrajectoryTask
+
+    return TrajectoryTask(motion(motion.waypoint_times), virtual_knots=3, name=motion.case or "motion")

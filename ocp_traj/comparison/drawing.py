@@ -1,0 +1,86 @@
+"""Draw pictures with Matplotlib, for publications: PDF, PNG or SVG by the file's ending."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from ocp_traj.comparison.figure import LIMIT, Line, Panel, Picture
+from ocp_traj.exceptions import InputError
+
+FORMATS = (".pdf", ".png", ".svg")
+
+_COLOURS = (
+    "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7a5195", "#8c6d31", "#444444", "#b3003b",
+)  # fmt: skip
+
+
+def save_picture(picture: Picture, path: Path) -> None:
+    """Write a picture to a file.
+
+    Raises
+    ------
+    InputError
+        The file's ending is none of ``.pdf``, ``.png``, ``.svg``, or the file cannot be written.
+    """
+    if path.suffix.lower() not in FORMATS:
+        raise InputError(f"{path} ends in {path.suffix!r}, expected one of {', '.join(FORMATS)}")
+    import matplotlib as mpl
+
+    style = {"font.size": 8.0, "axes.titlesize": 9.0, "pdf.fonttype": 42, "svg.fonttype": "none"}
+    with mpl.rc_context({**style, "axes.grid": True, "grid.alpha": 0.3, "axes.axisbelow": True}):
+        figure = _draw(picture)
+        try:
+            figure.savefig(path, dpi=200)
+        except OSError as error:
+            raise InputError(f"cannot write {path}: {error.strerror or error}") from None
+
+
+def _draw(picture: Picture) -> Any:
+    from matplotlib.figure import Figure
+
+    columns = min(picture.columns, len(picture.panels))
+    rows = -(-len(picture.panels) // columns)
+    figure = Figure(figsize=(3.5 * columns, 2.4 * rows + 0.5), layout="constrained")
+    grid = figure.subplots(rows, columns, squeeze=False)
+    for place, axes in enumerate(grid.flat):
+        if place < len(picture.panels):
+            _draw_panel(axes, picture.panels[place])
+        else:
+            axes.set_axis_off()
+    handles = [_plot(grid.flat[0], line, empty=True) for line in picture.legend.values()]
+    if handles:
+        figure.legend(
+            handles,
+            list(picture.legend),
+            loc="outside lower center",
+            ncols=min(len(handles), 3 * columns),
+            frameon=False,
+        )
+    return figure
+
+
+def _draw_panel(axes: Any, panel: Panel) -> None:
+    for band in panel.bands:
+        axes.fill_between(
+            band.x, band.lower, band.upper, color=_COLOURS[band.colour % len(_COLOURS)], alpha=0.2, lw=0
+        )
+    for line in panel.lines:
+        _plot(axes, line)
+    axes.set(title=panel.title, xlabel=panel.x_label, ylabel=panel.y_label)
+    if panel.log_x:
+        axes.set_xscale("log")
+    if panel.log_y:
+        axes.set_yscale("log")
+    if panel.equal:
+        axes.set_aspect("equal", adjustable="datalim")
+    if panel.y_range:
+        axes.set_ylim(*panel.y_range)
+
+
+def _plot(axes: Any, line: Line, empty: bool = False) -> Any:
+    colour = "#888888" if line.colour == LIMIT else _COLOURS[line.colour % len(_COLOURS)]
+    x, y = ([], []) if empty else (line.x, line.y)
+    style = "--" if line.dashed else "-"
+    drawn = "steps-post" if line.step else "default"
+    return axes.plot(x, y, color=colour, linestyle=style, drawstyle=drawn, linewidth=1.1)[0]

@@ -1,0 +1,188 @@
+"""The plain sentences of a report: who wins, by how much, how sure; what it ran on; what it cannot tell."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ocp_traj.comparison.judging import Judgement, median_interval
+from ocp_traj.comparison.statistics import LEVEL, PairTest, describe_superiority
+
+SIGNIFICANT = 1.0 - LEVEL
+
+
+def tell_story(judgement: Judgement, planned: int, stored: int) -> list[str]:
+    """Return the findings in plain sentences, the most important first.
+
+    Parameters
+    ----------
+    judgement
+        What was found.
+    planned, stored
+        Runs the plan asks for, and runs there are.
+    """
+    sentences = []
+    if stored < planned:
+        sentences.append(f"This comparison is unfinished: {stored} of {planned} runs are there.")
+    if not judgement.groups:
+        return [*sentences, "There is nothing to judge yet."]
+    if all(problem.best is None for problem in judgement.problems):
+        return [*sentences, "No run of any solver ended with a motion the audit accepts."]
+    sentences.append(_winner(judgement))
+    sentences += _margins(judgement)
+    sentences.append(_sureness(judgement))
+    sentences += _references(judgement)
+    sentences.append(_reliability(judgement))
+    return sentences
+
+
+def _winner(judgement: Judgement) -> str:
+    best = judgement.solvers[0]
+    if len(judgement.solvers) == 1:
+        group_count = len(judgement.of_solver(best))
+        return f"Only {best} was run, on {group_count} {_plural('problem', group_count)}."
+    blocks = len(judgement.ratios)
+    if blocks == 0:
+        return "No block has runs of all solvers yet, so they cannot be ranked."
+    firsts = int((judgement.ratios[:, 0] <= judgement.ratios.min(axis=1) * (1 + 1e-6)).sum())
+    firsts -= int(np.isinf(judgement.ratios).all(axis=1).sum())
+    kind = "problems" if judgement.block_kind == "problems" else "paired runs (problem and seed)"
+    return (
+        f"{best} ranks first: mean rank {judgement.ranks.ranks[best]:.2f} of {len(judgement.solvers)} solvers, "
+        f"best or equal best in {firsts} of {blocks} {kind}."
+    )
+
+
+def _margins(judgement: Judgement) -> list[str]:
+    """Return by how much the first beats the others, where both succeed."""
+    sentences = []
+    for place, solver in enumerate(judgement.solvers[1:], start=1):
+        first, other = judgement.ratios[:, 0], judgement.ratios[:, place]
+        both = np.isfinite(first) & np.isfinite(other)
+        failed = int(np.isinf(other).sum())
+        if not both.any():
+            if failed:
+                sentences.append(f"{solver} has no feasible motion where {judgement.solvers[0]} has one.")
+            continue
+        ratios = other[both] / first[both] - 1.0
+        interval = median_interval(ratios, solver)
+        word = "worse" if interval.median >= 0 else "better"
+        middle, *sides = (
+            f"{100 * abs(value):.2g}" for value in (interval.median, interval.lower, interval.upper)
+        )
+        spread = (
+            ""
+            if sides == [middle, middle]
+            else f" (95 % interval {100 * interval.lower:.2g} to {100 * interval.upper:.2g} %)"
+        )
+        size = "equal to within 1e-6" if abs(interval.median) <= 1e-6 else f"{middle} % {word}{spread}"
+        tail = f"; it failed in {failed} of {len(other)}" if failed else ""
+        sentences.append(
+            f"{solver} is {size} than {judgement.solvers[0]} in the median where both succeed{tail}.".replace(
+                "1e-6 than", "1e-6 to"
+            )
+        )
+    return sentences
+
+
+def _sureness(judgement: Judgement) -> str:
+    if len(judgement.solvers) < 2 or not judgement.pairs:
+        return "With one solver there is nothing to test."
+    scope = (
+        "The blocks are different problems, so this says something about problems like these."
+        if judgement.block_kind == "problems"
+        else "The blocks are repeated runs on few problems, so this is about these problems only."
+    )
+    pairs = [pair for pair in judgement.pairs if judgement.solvers[0] in (pair.better, pair.worse)]
+    sure = [pair for pair in pairs if pair.p_holm < SIGNIFICANT and pair.better == judgement.solvers[0]]
+    if len(sure) == len(pairs):
+        verdict = f"The lead of {judgement.solvers[0]} over every other solver is more than chance ({_largest(sure)})"
+    elif sure:
+        names = ", ".join(pair.worse for pair in sure)
+        verdict = f"The lead of {judgement.solvers[0]} is more than chance over {names} ({_largest(sure)}), not over the others"
+    else:
+        verdict = f"No lead of {judgement.solvers[0]} is proven: smallest corrected p {min(pair.p_holm for pair in pairs):.2g}"
+        least = 2.0 ** (1 - judgement.ranks.blocks) * len(judgement.pairs)
+        if least >= SIGNIFICANT:
+            verdict += (
+                f" ({judgement.ranks.blocks} blocks could not show any lead; more seeds or problems can)"
+            )
+    overall = ""
+    if judgement.ranks.p is not None:
+        overall = f" Friedman over {judgement.ranks.blocks} blocks: p = {judgement.ranks.p:.2g}."
+    return f"{verdict}.{overall} {scope}"
+
+
+def _largest(pairs: list[PairTest]) -> str:
+    weakest = max(pairs, key=lambda pair: pair.p_holm)
+    effect = describe_superiority(weakest.superiority)
+    return f"Wilcoxon, Holm: p ≤ {weakest.p_holm:.2g}; effect {effect}, A ≥ {min(pair.superiority for pair in pairs):.2f}"
+
+
+def _references(judgement: Judgement) -> list[str]:
+    sentences = []
+    for problem in judgement.problems:
+        durations = {
+            solver: float(group.durations().min())
+            for solver in judgement.solvers
+            if (group := judgement.group(problem, solver)) is not None and group.successes
+        }
+        if not durations:
+            sentences.append(f"{problem.label}: no feasible motion was found.")
+            continue
+        solver = min(durations, key=lambda name: durations[name])
+        said = [f"{problem.label}: the shortest feasible motion takes {durations[solver]:.4f} s ({solver})"]
+        if problem.toppra:
+            said.append(f"{durations[solver] / problem.toppra:.3f} times TOPP-RA's {problem.toppra:.4f} s")
+        bound = problem.lower_bound or problem.estimate
+        if bound:
+            kind = "certified" if problem.lower_bound else "estimated"
+            said.append(f"{durations[solver] / bound:.3f} times the {kind} kinematic bound")
+        sentences.append(", ".join(said) + ".")
+    return sentences
+
+
+def _reliability(judgement: Judgement) -> str:
+    runs = sum(len(group.rows) for group in judgement.groups.values())
+    feasible = sum(group.successes for group in judgement.groups.values())
+    wrong = runs - sum(group.honest for group in judgement.groups.values())
+    said = f"The audit accepts {feasible} of {runs} runs"
+    if wrong:
+        said += f"; in {wrong} {_plural('run', wrong)} the solver's own claim and the audit disagree"
+    return said + "."
+
+
+def _plural(word: str, count: int) -> str:
+    return word if count == 1 else f"{word}s"
+
+
+def describe_machine(environment: dict[str, Any]) -> str:
+    """Return machine, versions and source state in one paragraph."""
+    machine = environment["machine"]
+    versions = ", ".join(f"{name} {version}" for name, version in environment["versions"].items() if version)
+    git = environment.get("git")
+    source = ""
+    if git and git["commit"]:
+        source = f" Source: commit {git['commit'][:12]}{'' if git['clean'] else ' with local changes'}."
+    memory = machine["memory_gb"]
+    return (
+        f"{machine['processor']}, {machine['cores']} cores"
+        f"{'' if memory is None or math.isnan(memory) else f', {memory:g} GB'}, {machine['system']}; "
+        f"Python {environment['python']}, {versions}. One thread a run.{source}"
+    )
+
+
+LIMITATIONS = (
+    "Solvers run with the settings named, not tuned for these problems; another setting can change the order.",
+    "An evaluation of a gradient solver includes derivatives and is not the same work as one of a population "
+    "method: compare seconds as well.",
+    "Seconds depend on the machine and on what else it did; runs share its cores.",
+    "The best known value is the best of this comparison (references apart): if all solvers miss the optimum, "
+    "gaps are too small.",
+    "A deterministic solver repeats itself on every seed: its runs are one observation, not several.",
+    "The kinematic bound ignores jerk and torque; TOPP-RA follows a fixed path and ignores jerk, so a ratio below 1 "
+    "is a better path, one above 1 may be the price of the jerk limit.",
+)
+"""What a comparison of this kind cannot tell."""
