@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
 
+from ocp_traj.arrays import Array
 from ocp_traj.constraints.constraint import SymbolicSample
 from ocp_traj.objectives.objective import SampledTerm
+
+if TYPE_CHECKING:
+    from ocp_traj.task import TrajectoryTask
 
 
 class SquaredTorque(SampledTerm):
@@ -18,6 +22,11 @@ class SquaredTorque(SampledTerm):
 
     def expression(self, sample: SymbolicSample) -> Any:
         """Return the squared ratios."""
-        limits = np.abs(sample.task.limits.get("torque")).max(axis=(0, 1))
-        scale = np.where(np.isfinite(limits) & (limits > 0), limits, 1.0)
-        return (sample.tau / ca.DM(scale)) ** 2
+        return (sample.tau / ca.DM(torque_scales(sample.task))) ** 2
+
+
+def torque_scales(task: TrajectoryTask) -> Array:
+    """Return the torque limit of every joint, N m; 1 where there is none."""
+    limits = np.abs(task.limits.get("torque")).max(axis=(0, 1))
+    scales: Array = np.where(np.isfinite(limits) & (limits > 0), limits, 1.0)
+    return scales
