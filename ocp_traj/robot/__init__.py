@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ocp_traj.robot.additions import Friction, Payload
 from ocp_traj.robot.dh import robot_from_dh
+from ocp_traj.robot.inverse_kinematics.poses import solve_poses
 from ocp_traj.robot.packaged import load_robot, robot_names
 from ocp_traj.robot.robot import Robot
 from ocp_traj.robot.urdf import robot_from_urdf
@@ -16,4 +17,5 @@ __all__ = [
     "robot_from_dh",
     "robot_from_urdf",
     "robot_names",
+    "solve_poses",
 ]

@@ -123,13 +123,14 @@ class Robot:
         return links_of(self.model)
 
     @cached_property
-    def _base_placement(self) -> Array:
+    def base_placement(self) -> Array:
+        """Placement (4, 4) of the base frame in the model's root."""
         from ocp_traj.robot.model import root_placement
 
         return root_placement(self.bare_model, self.base)
 
-    def _frame(self, name: str | None) -> tuple[int, Array]:
-        """Return the joint that carries a frame (0: the root) and the frame's placement (4, 4) there."""
+    def frame_placement(self, name: str | None = None) -> tuple[int, Array]:
+        """Return the joint (0: the root) that carries a frame (default: the tool), and where there (4, 4)."""
         from ocp_traj.robot.model import frame_index
 
         frame = self.bare_model.frames[frame_index(self.bare_model, self.tool if name is None else name)]
@@ -150,8 +151,8 @@ class Robot:
 
     @cached_property
     def _digest(self) -> str:
-        joint, tool = self._frame(None)
-        numbers = [self.position_limits, self.velocity_limits, self.torque_limits, self._base_placement]
+        joint, tool = self.frame_placement(None)
+        numbers = [self.position_limits, self.velocity_limits, self.torque_limits, self.base_placement]
         numbers += [self.model.gravity.linear, np.append(joint, tool)]
         numbers += [self.friction.viscous, self.friction.coulomb]
         for link in self.links:
@@ -219,8 +220,8 @@ class Robot:
         """
         from ocp_traj.robot.kinematics import pose_function
 
-        joint, placement = self._frame(frame)
-        return pose_function(self.links, joint - 1, placement, self._base_placement)
+        joint, placement = self.frame_placement(frame)
+        return pose_function(self.links, joint - 1, placement, self.base_placement)
 
     def frame_velocity(self, frame: str | None = None) -> ca.Function:
         """Return the CasADi function (q, v) -> linear velocity (3,) of a frame's origin in base axes, m/s.
@@ -232,8 +233,8 @@ class Robot:
         """
         from ocp_traj.robot.kinematics import velocity_function
 
-        joint, placement = self._frame(frame)
-        return velocity_function(self.links, joint - 1, placement, self._base_placement)
+        joint, placement = self.frame_placement(frame)
+        return velocity_function(self.links, joint - 1, placement, self.base_placement)
 
     @cached_property
     def _data(self) -> Any:
@@ -303,10 +304,10 @@ class Robot:
         """
         import pinocchio as pin
 
-        joint, placement = self._frame(frame)
+        joint, placement = self.frame_placement(frame)
         position = vector(q, self.n, "q")
         pin.forwardKinematics(self.bare_model, self._data, position)
-        base = pin.SE3(self._base_placement).inverse().homogeneous
+        base = pin.SE3(self.base_placement).inverse().homogeneous
         pose: Array = base @ self._data.oMi[joint].homogeneous @ placement
         return pose
 

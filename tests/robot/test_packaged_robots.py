@@ -75,7 +75,7 @@ def test_frame_velocity_equals_pinocchio(robot: Robot) -> None:
     q, v, _ = random_states(robot.n, seed=3)
     velocity = robot.frame_velocity()
     data = robot.model.createData()
-    joint, placement = robot._frame(None)
+    joint, placement = robot.frame_placement()
     for position, rate in zip(q[:20], v[:20], strict=True):
         pin.forwardKinematics(robot.model, data, position, rate)
         carrier = data.oMi[joint].act(data.v[joint])
