@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ocp_traj.arrays import Array
 from ocp_traj.audit.motion import ORDERS, Motion
@@ -110,25 +111,14 @@ def jumps(task: TrajectoryTask, motion: Motion) -> list[Extremum]:
     one of the acceleration where jerk or torque rate are.
     """
     found: list[Extremum] = []
-    for order in (0, 1, 2):
+    for order, names in _AFTER_JUMP.items():
         first, last = motion.ends(order)
         step = np.abs(first[1:] - last[:-1])
         noise = motion.noise(order)
-        allowed = _jump_allowance(task, motion, order) + noise[1:] + noise[:-1]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            excess = np.where(step > allowed, step / allowed, 0.0)
-        for joint in np.flatnonzero((step > allowed).any(axis=0)):
-            breakpoint_index = int(np.argmax(excess[:, joint]))
-            found.extend(
-                _infinite(
-                    task,
-                    motion,
-                    order,
-                    int(joint),
-                    breakpoint_index + 1,
-                    float(step[breakpoint_index, joint]),
-                )
-            )
+        jumping = step > _jump_allowance(task, motion, order) + noise[1:] + noise[:-1]
+        if jumping.any():
+            for name in names:
+                found.extend(_infinite(task, motion, (order, name), step, jumping))
     return found
 
 
@@ -137,38 +127,45 @@ def _jump_allowance(task: TrajectoryTask, motion: Motion, order: int) -> Array:
         return np.full(
             (len(motion.starts) - 1, motion.n), min(WAYPOINT_TOLERANCE, RATIO_TOLERANCE * motion.travel)
         )
-    limits = task.limits.get(ORDERS[order])[motion.gaps[1:]]
-    limit = np.abs(limits).min(axis=1)
+    smallest = np.abs(task.limits.get(ORDERS[order])).min(axis=1)[motion.gaps]
+    limit = np.minimum(smallest[1:], smallest[:-1])
     reference = np.where(np.isfinite(limit) & (limit > 0), limit, motion.largest[order].max())
     allowance: Array = RATIO_TOLERANCE * reference
     return allowance
 
 
 def _infinite(
-    task: TrajectoryTask, motion: Motion, order: int, joint: int, piece: int, step: float
+    task: TrajectoryTask,
+    motion: Motion,
+    order_and_name: tuple[int, str],
+    step: Array,
+    jumping: NDArray[np.bool_],
 ) -> list[Extremum]:
-    note = f"the {ORDERS[order]} jumps by {step:.6g}"
+    """Return the largest jump of each joint (steps (m - 1, n)) that breaks a limit on either side of it.
+
+    Torques couple the joints: a jump of any joint breaks the torque limit of any other.
+    """
+    order, name = order_and_name
+    smallest = np.abs(task.limits.get(name)).min(axis=1)[motion.gaps]
+    limit = np.minimum(smallest[1:], smallest[:-1])
+    limited = np.isfinite(limit)
+    if order == 0 and name == "velocity":
+        limited = np.ones_like(limited)
+    coupled = limited.any(axis=1, keepdims=True) if name.startswith("torque") else limited
     found = []
-    for name in _AFTER_JUMP[order]:
-        limit = np.abs(task.limits.get(name)[motion.gaps[piece]]).min(axis=0)
-        limited = np.flatnonzero(np.isfinite(limit))
-        always = order == 0 and name == "velocity"
-        if name.startswith("torque") and limited.size:
-            index = joint if joint in limited else int(limited[0])
-        elif joint in limited or always:
-            index = joint
-        else:
-            continue
+    for joint in np.flatnonzero((jumping & coupled).any(axis=0)):
+        index = int(np.argmax(np.where(jumping & coupled, step, -1.0)[:, joint]))
+        blamed = int(joint) if limited[index, joint] else int(np.argmax(limited[index]))
         found.append(
             Extremum(
                 limit=name,
-                joint=index,
-                time=float(motion.starts[piece]),
+                joint=blamed,
+                time=float(motion.starts[index + 1]),
                 ratio=np.inf,
-                gap=int(motion.gaps[piece]),
+                gap=int(motion.gaps[index + 1]),
                 value=np.inf,
-                bound=float(limit[index]),
-                note=note,
+                bound=float(limit[index, blamed]),
+                note=f"the {ORDERS[order]} of joint {joint + 1} jumps by {step[index, joint]:.6g}",
             )
         )
     return found
