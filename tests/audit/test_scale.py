@@ -1,0 +1,146 @@
+"""The smallest uniform slowing: it is feasible, a little less is not, and it is None exactly when it has to be."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+from audit_motions import INERTIA, clamped_cubic, pendulum, random_spline
+
+from ocp_traj.audit import Verdict, audit
+from ocp_traj.robot import Robot, load_robot
+from ocp_traj.robot.additions import Friction
+from ocp_traj.task import Boundary, CustomConstraint, Limits, Objective, TrajectoryTask
+from ocp_traj.trajectory import Trajectory
+
+
+def largest_ratio(verdict: Verdict) -> float:
+    return max(peak.ratio for peak in verdict.limits.values())
+
+
+def check_smallest(task: TrajectoryTask, trajectory: Trajectory) -> float:
+    """Assert that the scale found is feasible and the smallest in its neighbourhood; return it."""
+    verdict = audit(task, trajectory)
+    scale = verdict.smallest_feasible_scale
+    assert scale is not None
+    slowed = audit(task, trajectory.scaled(scale))
+    assert slowed.feasible
+    assert largest_ratio(slowed) <= 1 + 1e-8
+    assert slowed.smallest_feasible_scale == pytest.approx(1.0, abs=1e-8)
+    faster = audit(task, trajectory.scaled(scale * (1 - 1e-5)))
+    assert largest_ratio(faster) > 1 + 1e-6
+    return scale
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_kinematic_limits_scale_with_their_power_of_time(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    trajectory = random_spline(rng, 5, 3, 4)
+    waypoints = trajectory(trajectory.waypoint_times)
+    size = np.abs(trajectory(np.linspace(0, trajectory.duration, 99), 1)).max()
+    limits = Limits(**{
+        name: size * 10.0 ** rng.uniform(-1, 2) for name in ("velocity", "acceleration", "jerk")
+    })
+    task = TrajectoryTask(waypoints, limits, family="quintic")
+    ratios = {name: peak.ratio for name, peak in audit(task, trajectory).limits.items()}
+    expected = max(ratios["velocity"], ratios["acceleration"] ** 0.5, ratios["jerk"] ** (1 / 3))
+    assert check_smallest(task, trajectory) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.fixture(scope="module")
+def robots() -> dict[str, Robot]:
+    ur5 = load_robot("ur5")
+    friction = Friction(np.array([5.0, 9.0, 4.0, 1.0, 1.0, 1.0]), np.array([1.0, 2.0, 0.0, 1.0, 0.5, 1.0]))
+    return {"plain": ur5, "rubbing": ur5.with_changes(friction=friction)}
+
+
+@pytest.mark.parametrize("name", ["plain", "rubbing"])
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("rate", [False, True])
+def test_torque_limits_are_met_to_the_last_bit(robots: dict[str, Robot], name: str, seed: int, rate: bool) -> None:
+    rng = np.random.default_rng(seed)
+    waypoints = rng.uniform(-1.5, 1.5, (4, 6))
+    trajectory = clamped_cubic(waypoints, rng.uniform(0.1, 0.6, 3))
+    limits = Limits(
+        position=np.inf,
+        velocity=np.inf,
+        torque=[150, 150, 150, 28, 28, 28],
+        torque_rate=[2000.0, 2000.0, 2000.0, 200.0, 200.0, 200.0] if rate else None,
+    )
+    task = TrajectoryTask(waypoints, limits, robot=robots[name])
+    check_smallest(task, trajectory)
+
+
+def test_the_torque_part_is_the_hand_computed_one(tmp_path: Path) -> None:
+    # no gravity: I a / s^2 + b v / s; at the start v = 0 and a = 6, so s^2 = 6 I / limit for small friction
+    trajectory = clamped_cubic(np.array([[0.0], [1.0]]), np.array([1.0]))
+    task = TrajectoryTask([[0.0], [1.0]], Limits(velocity=np.inf, torque=1.2), robot=pendulum(tmp_path, gravity=0.0))
+    assert audit(task, trajectory).smallest_feasible_scale == pytest.approx((INERTIA * 6.0 / 1.2) ** 0.5, rel=1e-9)
+    # with gravity holding the arm level takes 9.81 N m
+    heavy = TrajectoryTask([[0.0], [1.0]], Limits(velocity=np.inf, torque=9.0), robot=pendulum(tmp_path))
+    assert audit(heavy, trajectory).smallest_feasible_scale is None
+
+
+def test_a_motion_that_gravity_carries_may_only_be_slowed_so_far(tmp_path: Path) -> None:
+    # from level, where holding takes 9.81 N m, with 9.5 N m: it has to fall fast enough from the first instant on
+    robot = pendulum(tmp_path)
+    trajectory = clamped_cubic(np.array([[0.0], [-1.2]]), np.array([0.9]))
+    limits = Limits(velocity=np.inf, torque=[[-100.0], [9.5]])
+    task = TrajectoryTask([[0.0], [-1.2]], limits, robot=robot)
+    verdict = audit(task, trajectory)
+    scale = verdict.smallest_feasible_scale
+    assert scale is not None
+    assert audit(task, trajectory.scaled(scale)).feasible
+    assert not audit(task, trajectory.scaled(scale * (1 - 1e-5))).feasible
+    assert not audit(task, trajectory.scaled(50.0)).feasible
+
+
+def test_bounds_on_durations_hold_for_the_scale_too() -> None:
+    trajectory = clamped_cubic(np.array([[0.0], [1.0]]), np.array([1.0]))
+    waypoints, limits = [[0.0], [1.0]], Limits(velocity=1.0)
+
+    def scale(**bounds: object) -> float | None:
+        task = TrajectoryTask(waypoints, limits, objective=Objective(**bounds))  # type: ignore[arg-type]
+        return audit(task, trajectory).smallest_feasible_scale
+
+    assert scale() == pytest.approx(1.5)
+    assert scale(duration=(2.0, 3.0)) == pytest.approx(2.0)
+    assert scale(duration=(0.5, 1.4)) is None
+    assert scale(gap_durations=[[1.8, 5.0]]) == pytest.approx(1.8)
+    assert scale(gap_durations=[[0.1, 1.2]]) is None
+
+
+def test_ends_that_move_cannot_be_scaled() -> None:
+    trajectory = Trajectory([0.0, 1.0], [[[0.0, 1.0]]], [0.0, 1.0])
+    boundary = Boundary(velocity=1.0)
+    task = TrajectoryTask([[0.0], [1.0]], Limits(velocity=2.0), boundary=boundary)
+    assert audit(task, trajectory).feasible
+    assert audit(task, trajectory).smallest_feasible_scale == 1.0
+    tight = TrajectoryTask([[0.0], [1.0]], Limits(velocity=0.5), boundary=boundary)
+    assert audit(tight, trajectory).smallest_feasible_scale is None
+
+
+def test_a_missed_waypoint_cannot_be_scaled_away() -> None:
+    trajectory = clamped_cubic(np.array([[0.0], [1.0]]), np.array([1.0]))
+    assert audit(TrajectoryTask([[0.0], [1.1]], Limits(velocity=9.0)), trajectory).smallest_feasible_scale is None
+
+
+def test_a_motion_without_limits_or_travel_has_no_smallest_duration() -> None:
+    still = clamped_cubic(np.array([[0.0], [0.0]]), np.array([1.0]))
+    assert audit(TrajectoryTask([[0.0], [0.0]], Limits(velocity=1.0)), still).smallest_feasible_scale == 0.0
+
+
+def test_a_users_constraint_sets_the_scale() -> None:
+    trajectory = clamped_cubic(np.array([[0.0], [1.0]]), np.array([1.0]))
+    symbols = [ca.SX.sym(name) for name in ("q", "v", "a", "tau")]
+    speed = ca.Function("speed", symbols, [symbols[1] ** 2])
+    constraint = CustomConstraint("speed", speed, upper=0.25)
+    task = TrajectoryTask([[0.0], [1.0]], Limits(velocity=9.0), constraints=(constraint,))
+    verdict = audit(task, trajectory)
+    assert verdict.limits["constraint:speed"].ratio == pytest.approx(1 + (2.25 - 0.25) / 0.25)
+    assert verdict.smallest_feasible_scale == pytest.approx(3.0, rel=1e-8)
+    never = CustomConstraint("reach", ca.Function("reach", symbols, [symbols[0]]), upper=0.5)
+    task = TrajectoryTask([[0.0], [1.0]], Limits(velocity=9.0), constraints=(never,))
+    assert audit(task, trajectory).smallest_feasible_scale is None
