@@ -133,7 +133,9 @@ class SolveResult:
         if self.audit is not None and self.audit.worst is not None:
             worst = self.audit.worst
             joint = f", joint {worst.joint + 1}" if worst.joint >= 0 else ""
-            lines.append(f"  closest limit: {worst.limit}{joint} at {worst.time:.4g} s, ratio {worst.ratio:.9g}")
+            lines.append(
+                f"  closest limit: {worst.limit}{joint} at {worst.time:.4g} s, ratio {worst.ratio:.9g}"
+            )
         lines.append(
             f"  {self.solution.evaluations} evaluations, build {self.solution.build_time:.3g} s, "
             f"solve {self.solution.solve_time:.3g} s; {self.message}"
@@ -195,7 +197,9 @@ def judge(task: TrajectoryTask, name: str, seed: int, outcome: Outcome) -> Solve
     """Audit a solver's outcome; a motion over its limits by rounding or sampling is slowed into them first."""
     trajectory = outcome.trajectory
     if trajectory is None:
-        return SolveResult(task, name, seed, None, None, outcome.solution, outcome.counts, 1.0, outcome.diagnosis)
+        return SolveResult(
+            task, name, seed, None, None, outcome.solution, outcome.counts, 1.0, outcome.diagnosis
+        )
     begin = time.perf_counter()
     verdict = audit(task, trajectory)
     scaled_by = 1.0

@@ -79,7 +79,9 @@ class Limits:
             expanded[name] = _expand_limit(name, np.inf if value is None else value, gaps, n)
         for frame, speed in self.cartesian_speed:
             if not speed > 0:
-                raise TaskError("limits.cartesian_speed", f"{speed} for frame {frame!r}, expected a positive speed")
+                raise TaskError(
+                    "limits.cartesian_speed", f"{speed} for frame {frame!r}, expected a positive speed"
+                )
         return replace(self, **expanded)
 
 
@@ -100,7 +102,8 @@ def _expand_limit(name: str, value: ArrayLike, gaps: int, n: int) -> Array:
         array = np.broadcast_to(array, (gaps, 2, n))
     if array.shape != (gaps, 2, n):
         raise TaskError(
-            key, f"has shape {array.shape}, expected a number, {n} numbers or two rows (lower, upper) of {n} numbers"
+            key,
+            f"has shape {array.shape}, expected a number, {n} numbers or two rows (lower, upper) of {n} numbers",
         )
     if (array[:, 0] > array[:, 1]).any():
         joint = int(np.argwhere(array[:, 0] > array[:, 1])[0, 1])
@@ -222,7 +225,15 @@ class Objective:
     motor: Motor | None = None
     custom: tuple[CustomObjective, ...] = ()
 
-    WEIGHTS = ("time", "energy", "energy_without_regeneration", "torque", "acceleration", "jerk", "motor_loss")
+    WEIGHTS = (
+        "time",
+        "energy",
+        "energy_without_regeneration",
+        "torque",
+        "acceleration",
+        "jerk",
+        "motor_loss",
+    )
 
     @property
     def weights(self) -> dict[str, float]:
@@ -239,7 +250,9 @@ class Objective:
         for name in self.WEIGHTS:
             weight = getattr(self, name)
             if not (np.isfinite(weight) and weight >= 0):
-                raise TaskError(f"objective.{name}", f"{weight} is not a weight, expected a number of 0 or more")
+                raise TaskError(
+                    f"objective.{name}", f"{weight} is not a weight, expected a number of 0 or more"
+                )
         duration = _expand_interval("objective.bounds.duration", self.duration, (2,))
         gap = np.tile([0.0, np.inf], (gaps, 1)) if self.gap_durations is None else self.gap_durations
         gap_durations = _expand_interval("objective.bounds.gap_durations", gap, (gaps, 2))
@@ -277,7 +290,9 @@ class Search:
         if not (duration[0] > 0 and np.isfinite(duration[1])):
             raise TaskError("search.duration", "expected two finite positive numbers")
         if self.protocol not in ("shared", "per-joint"):
-            raise TaskError("search.protocol", f"{self.protocol!r} is unknown, expected 'shared' or 'per-joint'")
+            raise TaskError(
+                "search.protocol", f"{self.protocol!r} is unknown, expected 'shared' or 'per-joint'"
+            )
         return replace(self, duration=duration)
 
 
@@ -332,12 +347,15 @@ class TrajectoryTask:
         gaps = len(waypoints) - 1
         if self.robot is not None and self.robot.n != n:
             raise TaskError(
-                "waypoints", f"rows have {n} numbers, expected {self.robot.n}, the joints of {self.robot.name}"
+                "waypoints",
+                f"rows have {n} numbers, expected {self.robot.n}, the joints of {self.robot.name}",
             )
         _check_family(self.family, self.virtual_knots, len(waypoints))
         tolerance = np.asarray(self.tolerance, dtype=np.float64)
         if tolerance.shape not in ((), (n,), waypoints.shape) or not (tolerance >= 0).all():
-            raise TaskError("waypoints.tolerance", f"expected one, {n} or {waypoints.shape} numbers of 0 or more")
+            raise TaskError(
+                "waypoints.tolerance", f"expected one, {n} or {waypoints.shape} numbers of 0 or more"
+            )
         values = {
             "waypoints": waypoints,
             "limits": self.limits.expanded(gaps, n, self.robot),
@@ -368,7 +386,7 @@ class TrajectoryTask:
         return self.robot is not None and self.robot.has_inertia
 
     def limited(self, name: str) -> bool:
-        """True when any joint has a finite limit of this name (see `LIMIT_NAMES`)."""
+        """Return whether any joint has a finite limit of this name (see `LIMIT_NAMES`)."""
         return bool(np.isfinite(self.limits.get(name)).any())
 
     @property
@@ -386,7 +404,9 @@ class TrajectoryTask:
         known = {entry.name for entry in fields(self)}
         unknown = set(changes) - known
         if unknown:
-            raise TaskError(min(unknown), f"is no field of a task, expected one of {', '.join(sorted(known))}")
+            raise TaskError(
+                min(unknown), f"is no field of a task, expected one of {', '.join(sorted(known))}"
+            )
         return replace(self, **changes)
 
     def _check_robot(self) -> None:
@@ -443,7 +463,10 @@ def _check_waypoints(waypoints: ArrayLike) -> Array:
         raise TaskError("waypoints", f"{len(array)} given, expected at least 2")
     if not np.isfinite(array).all():
         row, joint = np.argwhere(~np.isfinite(array))[0]
-        raise TaskError("waypoints", f"waypoint {row + 1}, joint {joint + 1} is {array[row, joint]}, expected a finite number")
+        raise TaskError(
+            "waypoints",
+            f"waypoint {row + 1}, joint {joint + 1} is {array[row, joint]}, expected a finite number",
+        )
     return read_only(array)
 
 
@@ -451,7 +474,9 @@ def _check_family(family: str, virtual_knots: int, count: int) -> None:
     if family not in FAMILIES:
         raise TaskError("spline.family", f"{family!r} is unknown, expected one of {', '.join(FAMILIES)}")
     if not isinstance(virtual_knots, int) or isinstance(virtual_knots, bool) or virtual_knots < 0:
-        raise TaskError("spline.virtual_knots", f"{virtual_knots!r} given, expected a whole number of 0 or more")
+        raise TaskError(
+            "spline.virtual_knots", f"{virtual_knots!r} given, expected a whole number of 0 or more"
+        )
     if family == "3-5-3" and virtual_knots:
         raise TaskError("spline.virtual_knots", f"{virtual_knots} given, but 3-5-3 takes none")
     if family == "3-5-3" and count < 4:

@@ -12,7 +12,12 @@ from ocp_traj.constraints.torque import TorqueLimit
 from ocp_traj.constraints.torque_rate import TorqueRateLimit
 from ocp_traj.constraints.velocity import VelocityLimit
 
-DERIVATIVE_LIMITS: tuple[DerivativeLimit, ...] = (PositionLimit(), VelocityLimit(), AccelerationLimit(), JerkLimit())
+DERIVATIVE_LIMITS: tuple[DerivativeLimit, ...] = (
+    PositionLimit(),
+    VelocityLimit(),
+    AccelerationLimit(),
+    JerkLimit(),
+)
 SAMPLED_CONSTRAINTS: tuple[SampledConstraint, ...] = (
     TorqueLimit(),
     TorqueRateLimit(),

@@ -27,7 +27,9 @@ class CartesianSpeedLimit(SampledConstraint):
         """Return the squared speed of every limited frame."""
         robot = sample.task.robot
         assert robot is not None
-        speeds = [robot.frame_velocity(frame)(sample.q, sample.v) for frame, _ in sample.task.limits.cartesian_speed]
+        speeds = [
+            robot.frame_velocity(frame)(sample.q, sample.v) for frame, _ in sample.task.limits.cartesian_speed
+        ]
         return ca.vertcat(*[ca.dot(speed, speed) for speed in speeds])
 
     def bounds(self, task: TrajectoryTask) -> Array:

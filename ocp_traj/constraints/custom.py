@@ -26,7 +26,8 @@ class CustomLimit(SampledConstraint):
     def expression(self, sample: SymbolicSample) -> Any:
         """Return the functions' values, divided by their scales."""
         values = [
-            ca.vec(custom.function(sample.q, sample.v, sample.a, torque_or_zero(sample))) / custom_scale(custom)
+            ca.vec(custom.function(sample.q, sample.v, sample.a, torque_or_zero(sample)))
+            / custom_scale(custom)
             for custom in sample.task.constraints
         ]
         return ca.vertcat(*values)

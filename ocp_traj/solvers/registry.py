@@ -43,7 +43,9 @@ class SolverInfo:
 
 
 def _population(method: str, summary: str, requires: tuple[str, ...] = ()) -> Entry:
-    return Entry("ocp_traj.solvers.population", "Population", "population", summary, {"method": method}, requires)
+    return Entry(
+        "ocp_traj.solvers.population", "Population", "population", summary, {"method": method}, requires
+    )
 
 
 def _plugin(plugin: str, summary: str) -> Entry:
@@ -52,8 +54,23 @@ def _plugin(plugin: str, summary: str) -> Entry:
 
 ENTRIES: dict[str, Entry] = {
     "ipopt": _plugin("ipopt", "interior point with exact sparse derivatives"),
-    "pso": _population("pso", "particle swarm, linear inertia"),
+    "pso": _population("pso", "particle swarm, inertia 0.9 to 0.4, c1 = c2 = 2"),
+    "pso-constriction": _population("pso-constriction", "particle swarm with constriction values"),
+    "pso-d": _population("pso-d", "particle swarm of paper D, trigonometric schedules"),
     "ssa": _population("ssa", "sparrow search as published"),
+    "ssa-debiased": _population("ssa-debiased", "sparrow search without the pull towards the origin"),
+    "issa-a": _population(
+        "issa-a", "sparrow search of paper A: elite opposition, Gauss-Cauchy, non-dominated sorting"
+    ),
+    "issa-b": _population(
+        "issa-b", "sparrow search of paper B: 2-D logistic chaos, Levy flights, reverse learning"
+    ),
+    "t-ssa": _population("t-ssa", "sparrow search of paper C: Tent chaos"),
+    "adf-ssa": _population("adf-ssa", "sparrow search of paper C: adaptive step factors"),
+    "tadf-ssa": _population("tadf-ssa", "sparrow search of paper C: Tent chaos and adaptive step factors"),
+    "de": _population("de", "differential evolution"),
+    "random": _population("random", "uniform random search"),
+    "cmaes": _population("cmaes", "covariance matrix adaptation", ("cmaes",)),
 }
 
 
@@ -76,7 +93,9 @@ def solver_table() -> list[SolverInfo]:
         except UnavailableError as error:
             reason = str(error)
         kind = entry.kind if entry else "third-party"
-        rows.append(SolverInfo(name, kind, not reason, reason, entry.summary if entry else "found by entry point"))
+        rows.append(
+            SolverInfo(name, kind, not reason, reason, entry.summary if entry else "found by entry point")
+        )
     return rows
 
 
@@ -92,7 +111,9 @@ def parse_solver(text: str) -> Solver:
     """
     match = re.fullmatch(r"\s*([\w+.-]+)(?:@([\w+.-]+))?(?:\[(.*)\])?\s*", text, re.DOTALL)
     if match is None:
-        raise UnknownNameError(f"solver {text!r} cannot be read, expected name, name[key=value,...] or name@preset")
+        raise UnknownNameError(
+            f"solver {text!r} cannot be read, expected name, name[key=value,...] or name@preset"
+        )
     name, preset, parameters = match.groups()
     cls, settings = _load(name)
     given = {} if parameters is None else _read_parameters(text, parameters)

@@ -13,7 +13,9 @@ from ocp_traj.spline.quintic import Quintic
 from ocp_traj.spline.septic import Septic
 from ocp_traj.spline.three_five_three import ThreeFiveThree
 
-FAMILIES: dict[str, Family] = {family.name: family for family in (Cubic(), Quintic(), Septic(), ThreeFiveThree())}
+FAMILIES: dict[str, Family] = {
+    family.name: family for family in (Cubic(), Quintic(), Septic(), ThreeFiveThree())
+}
 
 
 def get_family(name: str) -> Family:
@@ -27,7 +29,9 @@ def get_family(name: str) -> Family:
     try:
         return FAMILIES[name]
     except KeyError:
-        raise UnknownNameError(f"spline family {name!r} is unknown, expected one of {', '.join(FAMILIES)}") from None
+        raise UnknownNameError(
+            f"spline family {name!r} is unknown, expected one of {', '.join(FAMILIES)}"
+        ) from None
 
 
 __all__ = ["FAMILIES", "EndConditions", "Family", "Piece", "UniformFamily", "get_family"]

@@ -2,8 +2,61 @@
 
 from __future__ import annotations
 
+from ocp_traj.exceptions import InputError
+from ocp_traj.nlp import Nlp
+from ocp_traj.spline import get_family
+from ocp_traj.task import TrajectoryTask
+from ocp_traj.transcription.condensed import CondensedNlp
 from ocp_traj.transcription.curve import build_trajectory, trajectory_from_durations
 from ocp_traj.transcription.guess import initial_guess, insert_knots
 from ocp_traj.transcription.lifted import ExtraPoints, LiftedNlp
 
-__all__ = ["ExtraPoints", "LiftedNlp", "build_trajectory", "initial_guess", "insert_knots", "trajectory_from_durations"]
+FORMS = ("condensed", "lifted")
+
+
+def transcribe(
+    task: TrajectoryTask, form: str = "condensed", encoding: str = "durations", samples: int = 16
+) -> Nlp:
+    """Return a task as a numerical problem, to look at or to solve.
+
+    Parameters
+    ----------
+    task : TrajectoryTask
+    form : str
+        ``"condensed"``: durations (and offsets of virtual knots) alone, as in the papers. ``"lifted"``: every
+        knot's state, tied by continuity equations; what gradient solvers get.
+    encoding : str
+        Of the condensed form: ``"durations"``, ``"log-durations"`` or ``"scaled"``.
+    samples : int
+        Samples a gap of limits that have no closed-form extrema.
+
+    Returns
+    -------
+    Nlp
+        A `metaheuristics.Problem` with symbols ``x``, ``f``, ``g`` and labelled rows.
+
+    Raises
+    ------
+    InputError
+        The form or the encoding is unknown, or the family has no such form.
+    """
+    if form == "condensed":
+        return CondensedNlp(task, encoding=encoding, samples=samples)
+    if form == "lifted":
+        if not get_family(task.family).takes_virtual_knots:
+            raise InputError(f"{task.family} has the condensed form only, expected form 'condensed'")
+        return LiftedNlp(task, initial_guess(task), samples, ExtraPoints())
+    raise InputError(f"form {form!r} is unknown, expected one of {', '.join(FORMS)}")
+
+
+__all__ = [
+    "FORMS",
+    "CondensedNlp",
+    "ExtraPoints",
+    "LiftedNlp",
+    "build_trajectory",
+    "initial_guess",
+    "insert_knots",
+    "trajectory_from_durations",
+    "transcribe",
+]

@@ -59,8 +59,12 @@ class CondensedNlp(Nlp):
         per_gap = task.virtual_knots + 1
         low, high = np.asarray(task.search.duration) / per_gap
         offsets = task.gaps * task.virtual_knots * task.n
-        lower = np.concatenate([np.full(self.segments, self._code.from_duration(low)), np.full(offsets, -1.0)])
-        upper = np.concatenate([np.full(self.segments, self._code.from_duration(high)), np.full(offsets, 1.0)])
+        lower = np.concatenate(
+            [np.full(self.segments, self._code.from_duration(low)), np.full(offsets, -1.0)]
+        )
+        upper = np.concatenate(
+            [np.full(self.segments, self._code.from_duration(high)), np.full(offsets, 1.0)]
+        )
         g_lower, g_upper = self._code.bounds()
         super().__init__(
             task,
@@ -166,7 +170,9 @@ def duration_rows(task: TrajectoryTask) -> list[tuple[Any, float, float, float, 
         if low > 0 or np.isfinite(high):
             scale = float(high if np.isfinite(high) else low)
             label = RowBlock("duration", np.array([-1]), np.array([gap]), np.array([0.0]))
-            rows.append((segments, scale, float(low) / scale if low > 0 else -np.inf, float(high) / scale, label))
+            rows.append(
+                (segments, scale, float(low) / scale if low > 0 else -np.inf, float(high) / scale, label)
+            )
     return rows
 
 

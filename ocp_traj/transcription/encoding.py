@@ -109,7 +109,9 @@ class Scaled(LogDurations):
     def __init__(self, nlp: CondensedNlp) -> None:
         super().__init__(nlp)
         if not nlp.task.boundary.is_rest:
-            raise InputError("the scaled encoding needs a motion from rest to rest, expected encoding 'durations'")
+            raise InputError(
+                "the scaled encoding needs a motion from rest to rest, expected encoding 'durations'"
+            )
         for rows in self.rows.instants:
             if not isinstance(rows.constraint, TorqueLimit | CartesianSpeedLimit):
                 raise InputError(
@@ -128,7 +130,11 @@ class Scaled(LogDurations):
     def labels(self) -> list[RowBlock]:
         """Return the labels of the rows."""
         gravity = RowBlock("torque of gravity", np.array([-1]), np.array([0]), np.array([0.0]))
-        return [*[block.row_block() for block in self.scaling.position_blocks], gravity, *[row[4] for row in self.sums]]
+        return [
+            *[block.row_block() for block in self.scaling.position_blocks],
+            gravity,
+            *[row[4] for row in self.sums],
+        ]
 
     def scale(self, curves: CurveBatch) -> Array:
         """Return the best feasible scale of every candidate, (p,)."""

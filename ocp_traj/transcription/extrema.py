@@ -117,7 +117,9 @@ def _guarded_cubic_roots(monic: list[Any], ops: Operations) -> list[Any]:
     square = ops.where(ops.absolute(monic[2]) < TINY, TINY, monic[2])
     fallback = [*_quadratic_roots(monic[0], monic[1], square, ops), 0.0]
     roots = []
-    for root, other in zip(_cubic_roots(monic[0] / leading, monic[1] / leading, monic[2] / leading, ops), fallback):
+    for root, other in zip(
+        _cubic_roots(monic[0] / leading, monic[1] / leading, monic[2] / leading, ops), fallback
+    ):
         at = _polish(monic, ops.where(flat, other, root), ops)
         roots.append(_polish(monic, at, ops))
     return roots

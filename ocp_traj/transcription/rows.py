@@ -57,7 +57,13 @@ class Block:
         magnitude = np.where(np.isfinite(bounds), np.abs(bounds), 0.0).max(axis=1)
         scale = np.where(magnitude > 0, magnitude, 1.0)
         return cls(
-            name, np.asarray(joints), bounds[:, 0] / scale, bounds[:, 1] / scale, scale, np.asarray(fractions), per_gap
+            name,
+            np.asarray(joints),
+            bounds[:, 0] / scale,
+            bounds[:, 1] / scale,
+            scale,
+            np.asarray(fractions),
+            per_gap,
         )
 
     @property
@@ -179,7 +185,9 @@ class Samples:
         segments, points, p, n = q.shape
         rows = self._unique(q)
         zero = np.zeros_like(rows)
-        tau = robot.torque_batch(rows, zero if v is None else self._unique(v), zero if a is None else self._unique(a))
+        tau = robot.torque_batch(
+            rows, zero if v is None else self._unique(v), zero if a is None else self._unique(a)
+        )
         inner = tau[: segments * (points - 1) * p].reshape(segments, points - 1, p, n)
         last = tau[segments * (points - 1) * p :].reshape(1, p, n)
         full = np.empty(q.shape)
@@ -283,7 +291,9 @@ def make_rows(task: TrajectoryTask, samples: int, extrema: str) -> CondensedRows
         raise InputError(f"extrema {extrema!r} is unknown, expected 'auto', 'exact' or 'sampled'")
     family = get_family(task.family)
     if extrema == "exact" and family.degree > 5:
-        raise InputError(f"exact extrema of {task.family} have no closed form, expected extrema 'sampled' or 'auto'")
+        raise InputError(
+            f"exact extrema of {task.family} have no closed form, expected extrema 'sampled' or 'auto'"
+        )
     per_gap = task.virtual_knots + 1
     intervals = max(2, 2 * round(samples / (2 * per_gap)))
     fractions = np.linspace(0.0, 1.0, intervals + 1)

@@ -58,7 +58,9 @@ class Scaling:
         lowest = np.maximum(lowest, low / total)
         for gap, (shortest, _) in enumerate(np.asarray(self.task.objective.gap_durations)):
             if shortest > 0:
-                part = curves.durations[:, gap * self.rows.per_gap : (gap + 1) * self.rows.per_gap].sum(axis=1)
+                part = curves.durations[:, gap * self.rows.per_gap : (gap + 1) * self.rows.per_gap].sum(
+                    axis=1
+                )
                 lowest = np.maximum(lowest, shortest / part)
         lowest = np.where((lowest > 0) & np.isfinite(lowest), lowest, 1.0)
         if not self.needs_search:
@@ -109,7 +111,9 @@ class Scaling:
         fastest = np.full(still.shape, np.inf)
         for sign, limit in ((1.0, upper), (-1.0, -lower)):
             room = np.maximum(limit - sign * still, 0.0)
-            fastest = np.minimum(fastest, _positive_root(sign * moving, None if damping is None else sign * damping, room))
+            fastest = np.minimum(
+                fastest, _positive_root(sign * moving, None if damping is None else sign * damping, room)
+            )
         return fastest.min(axis=(0, 1, 3)), excess.max(axis=(0, 1, 3))
 
     def _search(

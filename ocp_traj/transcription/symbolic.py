@@ -24,9 +24,7 @@ def condensed_symbols(nlp: CondensedNlp) -> tuple[Any, Any, Any]:
     durations = ca.exp(x[: nlp.segments]) if nlp.encoding == "log-durations" else x[: nlp.segments]
     pieces = _pieces(nlp, durations, x[nlp.segments :])
     kinematic = [_kinematic_rows(entry, pieces) for entry in rows.kinematic]
-    sums = [
-        ca.sum1(durations[segments.tolist()]) / scale for segments, scale, *_ in nlp._code.sums
-    ]
+    sums = [ca.sum1(durations[segments.tolist()]) / scale for segments, scale, *_ in nlp._code.sums]
     cost = task.objective.time * ca.sum1(durations)
     for term in rows.squared:
         cost += term.weight(task) * _squared_integral(term.order, pieces)
@@ -99,10 +97,16 @@ def _squared_integral(order: int, pieces: list[Piece]) -> Any:
 
 
 def _with_instants(
-    nlp: CondensedNlp, x: Any, durations: Any, pieces: list[Piece], cost: Any, kinematic: list[Any], sums: list[Any]
+    nlp: CondensedNlp,
+    x: Any,
+    durations: Any,
+    pieces: list[Piece],
+    cost: Any,
+    kinematic: list[Any],
+    sums: list[Any],
 ) -> tuple[Any, Any, Any]:
     """Add rows and terms of torques by mapping their functions over the samples (MX)."""
-    rows, task = nlp.rows_of, nlp.task
+    rows = nlp.rows_of
     motion = [
         ca.horzcat(*[_derivative(piece, order, float(at)).T for piece in pieces for at in rows.fractions])
         for order in range(4)

@@ -19,8 +19,14 @@ def evaluate(pieces, t, derivative=0):
         h = np.ravel(pieces[k].duration)[0]
         coefficients = np.stack([np.ravel(c) for c in pieces[k].coefficients()], axis=1)
         tau = (time - breakpoints[k]) / h
-        values.append([np.polynomial.Polynomial(row).deriv(derivative)(tau) / h**derivative if derivative else
-                       np.polynomial.Polynomial(row)(tau) for row in coefficients])
+        values.append(
+            [
+                np.polynomial.Polynomial(row).deriv(derivative)(tau) / h**derivative
+                if derivative
+                else np.polynomial.Polynomial(row)(tau)
+                for row in coefficients
+            ]
+        )
     return np.array(values)
 
 
@@ -38,7 +44,10 @@ def test_uniform_families_agree_with_scipy(name, order, count):
     pieces = get_family(name).pieces(list(h[:, None]), list(q), ends)
     knots = np.concatenate([[0.0], np.cumsum(h)])
     reference = make_interp_spline(
-        knots, q, k=2 * order + 1, bc_type=([(j + 1, start[j]) for j in range(order)], [(j + 1, end[j]) for j in range(order)])
+        knots,
+        q,
+        k=2 * order + 1,
+        bc_type=([(j + 1, start[j]) for j in range(order)], [(j + 1, end[j]) for j in range(order)]),
     )
     t = np.linspace(0, knots[-1], 57)
     for derivative in range(order + 2):
@@ -51,17 +60,23 @@ def test_uniform_families_agree_with_scipy(name, order, count):
 def test_clamped_cubic_agrees_with_scipys_cubic_spline():
     rng = np.random.default_rng(0)
     h, q = random_data(rng, 8)
-    pieces = get_family("cubic").pieces(list(h[:, None]), list(q), EndConditions({1: np.zeros(3)}, {1: np.zeros(3)}))
+    pieces = get_family("cubic").pieces(
+        list(h[:, None]), list(q), EndConditions({1: np.zeros(3)}, {1: np.zeros(3)})
+    )
     knots = np.concatenate([[0.0], np.cumsum(h)])
     reference = CubicSpline(knots, q, bc_type="clamped")
     t = np.linspace(0, knots[-1], 101)
-    np.testing.assert_allclose(evaluate(pieces, t, 2), reference(t, 2), atol=1e-10 * np.abs(reference(t, 2)).max())
+    np.testing.assert_allclose(
+        evaluate(pieces, t, 2), reference(t, 2), atol=1e-10 * np.abs(reference(t, 2)).max()
+    )
 
 
 def test_free_end_acceleration_of_a_quintic_is_natural():
     rng = np.random.default_rng(1)
     h, q = random_data(rng, 5)
-    pieces = get_family("quintic").pieces(list(h[:, None]), list(q), EndConditions({1: np.zeros(3)}, {1: np.zeros(3)}))
+    pieces = get_family("quintic").pieces(
+        list(h[:, None]), list(q), EndConditions({1: np.zeros(3)}, {1: np.zeros(3)})
+    )
     knots = np.concatenate([[0.0], np.cumsum(h)])
     zero = np.zeros(3)
     reference = make_interp_spline(knots, q, k=5, bc_type=([(1, zero), (3, zero)], [(1, zero), (3, zero)]))
@@ -100,12 +115,16 @@ def test_three_five_three_meets_its_fourteen_and_more_conditions(count):
     np.testing.assert_allclose(evaluate(pieces, knots), q, atol=1e-12)
     for j in (1, 2):
         np.testing.assert_allclose(evaluate(pieces, knots[[0, -1]], j), 0, atol=1e-10)
-        np.testing.assert_allclose(evaluate(pieces, knots[1:-1] - 1e-13, j), evaluate(pieces, knots[1:-1], j), atol=1e-8)
+        np.testing.assert_allclose(
+            evaluate(pieces, knots[1:-1] - 1e-13, j), evaluate(pieces, knots[1:-1], j), atol=1e-8
+        )
     for j in (3, 4):
         inner = knots[2:-2]
         if len(inner):
             right = evaluate(pieces, inner, j)
-            np.testing.assert_allclose(evaluate(pieces, inner - 1e-13, j), right, atol=1e-8 * np.abs(right).max())
+            np.testing.assert_allclose(
+                evaluate(pieces, inner - 1e-13, j), right, atol=1e-8 * np.abs(right).max()
+            )
 
 
 def test_first_cubic_of_three_five_three_from_rest_is_a_pure_cube():
@@ -128,15 +147,25 @@ def test_batches_and_symbols_give_the_same_numbers_as_single_curves(name):
     rows = [row[None, :] for row in q]
     together = family.pieces([batch[:, [k]] for k in range(5)], rows, ends)
     symbols = ca.SX.sym("h", 5)
-    symbolic_ends = EndConditions(dict.fromkeys(orders, ca.DM.zeros(1, 2)), dict.fromkeys(orders, ca.DM.zeros(1, 2)))
+    symbolic_ends = EndConditions(
+        dict.fromkeys(orders, ca.DM.zeros(1, 2)), dict.fromkeys(orders, ca.DM.zeros(1, 2))
+    )
     symbolic = family.pieces([symbols[k] for k in range(5)], [ca.DM(row).T for row in q], symbolic_ends)
-    function = ca.Function("f", [symbols], [ca.vertcat(*[ca.vertcat(*piece.coefficients()) for piece in symbolic])])
+    function = ca.Function(
+        "f", [symbols], [ca.vertcat(*[ca.vertcat(*piece.coefficients()) for piece in symbolic])]
+    )
     for index, h in enumerate(batch):
-        alone = family.pieces(list(h[:, None]), list(q), EndConditions(
-            dict.fromkeys(orders, zero[0]), dict.fromkeys(orders, zero[0])))
+        alone = family.pieces(
+            list(h[:, None]),
+            list(q),
+            EndConditions(dict.fromkeys(orders, zero[0]), dict.fromkeys(orders, zero[0])),
+        )
         stacked = np.concatenate([np.stack([np.ravel(c) for c in piece.coefficients()]) for piece in alone])
-        batched = np.concatenate([
-            np.stack([np.broadcast_to(c, (7, 2))[index] for c in piece.coefficients()]) for piece in together
-        ])
+        batched = np.concatenate(
+            [
+                np.stack([np.broadcast_to(c, (7, 2))[index] for c in piece.coefficients()])
+                for piece in together
+            ]
+        )
         np.testing.assert_allclose(batched, stacked, rtol=1e-9, atol=1e-12)
         np.testing.assert_allclose(np.array(function(h)), stacked, rtol=1e-9, atol=1e-12)

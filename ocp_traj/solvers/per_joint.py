@@ -1,0 +1,111 @@
+"""The protocol of papers B and D: every joint alone, then the largest duration per segment.
+
+The synchronised motion is in general not feasible, since a polynomial stretched in one segment overshoots in
+another: the audit says so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from metaheuristics import History, Solution, Status
+from ocp_traj.arrays import Array
+from ocp_traj.exceptions import InputError
+from ocp_traj.solvers.solver import Outcome, Request
+from ocp_traj.task import Boundary, Limits, Objective, TrajectoryTask
+from ocp_traj.transcription.condensed import CondensedNlp
+from ocp_traj.transcription.curve import trajectory_from_durations
+
+if TYPE_CHECKING:
+    from ocp_traj.solvers.population import Population
+
+
+def joint_task(task: TrajectoryTask, joint: int) -> TrajectoryTask:
+    """Return the kinematic task of one joint alone."""
+    limits = {
+        name: task.limits.get(name)[:, :, [joint]]
+        for name in ("position", "velocity", "acceleration", "jerk")
+    }
+    boundary: dict[str, Any] = {}
+    for name in ("velocity", "acceleration", "jerk"):
+        given = getattr(task.boundary, name)
+        boundary[name] = None if given is None else given[:, [joint]]
+    return TrajectoryTask(
+        waypoints=task.waypoints[:, [joint]],
+        limits=Limits(**limits),
+        family=task.family,
+        boundary=Boundary(**boundary),
+        objective=Objective(time=1.0, duration=task.objective.duration),
+        search=replace(task.search, protocol="shared"),
+        name=f"{task.name}, joint {joint + 1}",
+    )
+
+
+def synchronise(task: TrajectoryTask, durations: Array) -> Array:
+    """Return the largest duration per gap over the joints that move in it, (K - 1,), from (n, K - 1).
+
+    A joint that rests in a gap says nothing about its duration; a gap in which no joint moves takes the smallest.
+    """
+    moves = np.diff(task.waypoints, axis=0).T != 0
+    largest = np.where(moves, durations, -np.inf).max(axis=0)
+    result: Array = np.where(np.isfinite(largest), largest, durations.min(axis=0))
+    return result
+
+
+def solve_per_joint(task: TrajectoryTask, request: Request, solver: Population) -> Outcome:
+    """Run a population method on every moving joint alone and synchronise; the budget is shared equally."""
+    if task.virtual_knots or task.needs_torque and set(task.objective.weights) != {"time"}:
+        raise InputError(
+            "the per-joint protocol optimises durations of kinematic problems without virtual knots"
+        )
+    moving = np.flatnonzero(np.ptp(task.waypoints, axis=0) > 0)
+    share = None if request.budget is None else max(1, request.budget // max(1, len(moving)))
+    seconds = None if request.time_limit is None else request.time_limit / max(1, len(moving))
+    durations = np.full((task.n, task.gaps), float(np.asarray(task.search.duration)[0]))
+    solutions = []
+    for joint in moving:
+        alone = CondensedNlp(
+            joint_task(task, int(joint)),
+            encoding=solver.encoding,
+            samples=solver.samples,
+            extrema=solver.extrema,
+        )
+        seed = int(np.random.SeedSequence([request.seed, int(joint)]).generate_state(1)[0])
+        part = solver.search(alone, replace(request, seed=seed, budget=share, time_limit=seconds))
+        durations[joint] = np.diff(alone.decode(part.x).breakpoints)
+        solutions.append(part)
+    shared = synchronise(task, durations)
+    nlp = CondensedNlp(task, samples=solver.samples, extrema=solver.extrema)
+    solution = _joined(nlp, shared, solutions)
+    return Outcome(trajectory_from_durations(task, shared), solution, {"evaluate": solution.evaluations})
+
+
+def _joined(nlp: CondensedNlp, durations: Array, parts: list[Solution]) -> Solution:
+    """Return one solution for all joints; its history has one entry, the synchronised motion."""
+    evaluation = nlp.evaluate(durations[None, :])
+    evaluations = sum(part.evaluations for part in parts)
+    seconds = sum(part.solve_time for part in parts)
+    history = History(
+        np.array([evaluations], dtype=np.intp),
+        evaluation.cost,
+        evaluation.total_violation,
+        np.array([seconds]),
+        durations[None, :],
+        np.array([np.nan]),
+    )
+    joints = ", ".join(f"{part.problem.name.rsplit(' ', 1)[1]}: {part.cost:.5g} s" for part in parts)
+    return Solution(
+        nlp,
+        durations,
+        float(evaluation.cost[0]),
+        evaluation.violation[0],
+        parts[0].status if parts else Status.FAILED,
+        f"Joints apart, synchronised by the largest duration per segment (each joint alone: {joints}).",
+        evaluations,
+        sum(part.build_time for part in parts),
+        seconds,
+        history,
+    )
