@@ -1,0 +1,80 @@
+"""Settings of the documentation: furo, MyST, executed examples, API pages from docstrings."""
+
+from __future__ import annotations
+
+import os
+import re
+from typing import Any
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("MPLBACKEND", "Agg")
+
+import ocp_traj
+
+project = "ocp-traj"
+author = "ocp-traj developers"
+copyright = "2026, ocp-traj developers"
+version = release = ocp_traj.__version__
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.doctest",
+    "sphinx.ext.mathjax",
+    "sphinx.ext.napoleon",
+    "sphinx_copybutton",
+    "sphinx_gallery.gen_gallery",
+    "sphinxcontrib.bibtex",
+]
+exclude_patterns = ["_build"]
+suppress_warnings = [
+    "config.cache",  # the gallery keeps functions in its settings
+    "ref.python",  # `n` is an attribute of several classes
+]
+
+html_theme = "furo"
+html_title = f"ocp-traj {release}"
+html_show_sourcelink = False
+
+myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
+myst_heading_anchors = 3
+
+bibtex_bibfiles = ["references.bib"]
+
+autosummary_generate = True
+autodoc_member_order = "bysource"
+autodoc_typehints = "description"
+autodoc_typehints_description_target = "documented"
+autodoc_default_options = {"members": True}
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+napoleon_preprocess_types = False
+
+copybutton_exclude = ".linenos, .gp, .go"
+copybutton_prompt_text = "$ "
+
+sphinx_gallery_conf = {
+    "examples_dirs": "../examples",
+    "gallery_dirs": "auto_examples",
+    "filename_pattern": r".*",
+    "abort_on_example_error": False,
+    "only_warn_on_example_error": False,
+    "download_all_examples": False,
+    "remove_config_comments": True,
+    "show_memory": False,
+    "write_computation_times": False,
+    "plot_gallery": os.environ.get("OCP_TRAJ_DOCS_EXAMPLES", "1") == "1",
+}
+
+
+def keep_bars(app: Any, what: str, name: str, subject: object, options: object, lines: list[str]) -> None:
+    """Escape the bars of absolute values: reStructuredText takes ``|x|`` for a substitution."""
+    for index, line in enumerate(lines):
+        parts = re.split(r"(``.*?``)", line)
+        lines[index] = "".join(part if part.startswith("``") else part.replace("|", r"\|") for part in parts)
+
+
+def setup(app: Any) -> None:
+    """Register what this file adds to Sphinx."""
+    app.connect("autodoc-process-docstring", keep_bars, priority=100)
