@@ -9,8 +9,10 @@ from importlib import import_module
 from typing import Any
 
 _HOMES = {
+    "KinematicBound": "kinematic_bound",
     "ReferenceResult": "result",
     "convex_reference": "convex",
+    "kinematic_bound": "kinematic_bound",
     "toppra_reference": "time_optimal",
 }
 

@@ -1,0 +1,167 @@
+"""What a joint with bounded velocity and acceleration can reach: the exact test behind the kinematic bound.
+
+In a time h, from velocity v0 to v1, a joint can travel every distance d in [d_min, d_max] and no other: the
+admissible controls are a convex set and d is linear in them. d_min belongs to the profile that brakes, waits at
+the lowest velocity w and speeds up again,
+
+    d_min(h, v0, v1) = min over w >= -V of  w h + (w - v0)^2 / (2 B) + (w - v1)^2 / (2 A),
+
+with acceleration A, deceleration B and |v1 - v0| small enough; d_max mirrors it. For fixed h the set of possible
+(v0, v1) is therefore convex, and the velocities that can be reached at the end of a gap are an interval with ends
+in closed form. The durations are feasible for a joint if and only if 0 survives to the end of that chain of
+intervals. They are not an interval: with v0 and v1 away from zero a longer gap can be impossible (d_min > d).
+
+For durations in a box the same is done with d_min at both ends of each h, as d_min is concave in h (a minimum of
+functions linear in h); that relaxation contains every motion, and is exact where the box is a point.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocp_traj.arrays import Array
+
+PADDING = 1e-11
+"""Relative widening of velocity and acceleration limits, against rounding."""
+
+
+@dataclass(frozen=True)
+class JointLimits:
+    """Limits and distances of n joints over G gaps.
+
+    Attributes
+    ----------
+    fastest, slowest : (G, n) arrays
+        Largest velocity forwards and backwards, both >= 0, rad/s.
+    speeding, braking : (G, n) arrays
+        Largest acceleration upwards and downwards, both > 0, rad/s^2.
+    nearest, farthest : (G, n) arrays
+        Least and largest distance to travel in each gap, rad; equal without tolerance.
+    start, end : (2, n) arrays
+        Least and largest velocity before the first and after the last gap; zero for rest.
+    """
+
+    fastest: Array
+    slowest: Array
+    speeding: Array
+    braking: Array
+    nearest: Array
+    farthest: Array
+    start: Array
+    end: Array
+
+    @property
+    def gaps(self) -> int:
+        """Number of gaps."""
+        return len(self.fastest)
+
+    def part(self, first: int, last: int) -> JointLimits:
+        """Return gaps `first` to `last` (exclusive) alone; inner ends may have any velocity within the limits."""
+        rows = slice(first, last)
+        start = self.start if first == 0 else self._allowed(first)
+        end = self.end if last == self.gaps else self._allowed(last)
+        names = ("fastest", "slowest", "speeding", "braking", "nearest", "farthest")
+        return JointLimits(*(getattr(self, name)[rows] for name in names), start=start, end=end)
+
+    def _allowed(self, waypoint: int) -> Array:
+        lower = -np.minimum(self.slowest[waypoint - 1], self.slowest[waypoint])
+        return np.stack([lower, np.minimum(self.fastest[waypoint - 1], self.fastest[waypoint])])
+
+
+def feasible(limits: JointLimits, shortest: Array, longest: Array) -> Array:
+    """Return whether some motion may exist with durations in each box, (P,) bool.
+
+    Parameters
+    ----------
+    limits : JointLimits
+    shortest, longest : (P, G) arrays
+        Boxes of durations, s. Where both agree the answer is exact (for zero tolerance); otherwise False is a
+        proof and True is not.
+    """
+    possible = np.ones(len(shortest), dtype=bool)
+    low = np.broadcast_to(limits.start[0], (len(shortest), limits.start.shape[1]))
+    high = np.broadcast_to(limits.start[1], low.shape)
+    for gap in range(limits.gaps):
+        low, high, alive = _cross_gap(limits, gap, low, high, shortest[:, gap, None], longest[:, gap, None])
+        possible &= alive.all(axis=1)
+    slack = PADDING * (limits.fastest[-1] + limits.slowest[-1])
+    return possible & ((low <= limits.end[1] + slack) & (high >= limits.end[0] - slack)).all(axis=1)
+
+
+def _cross_gap(
+    limits: JointLimits, gap: int, low: Array, high: Array, shortest: Array, longest: Array
+) -> tuple[Array, Array, Array]:
+    """Return the interval of velocities after a gap, (P, n) twice, and whether it is not empty."""
+    wide = 1.0 + PADDING
+    fastest, slowest = limits.fastest[gap] * wide, limits.slowest[gap] * wide
+    up, down = limits.speeding[gap] * wide, limits.braking[gap] * wide
+    near, far = limits.nearest[gap], limits.farthest[gap]
+    low, high = np.maximum(low, -slowest), np.minimum(high, fastest)
+    alive = (low <= high) & _can_stay_behind(far, low, slowest, down, shortest, longest)
+    alive &= _can_stay_behind(-near, -high, fastest, up, shortest, longest)
+    top = _highest_velocity(far, low, high, fastest, slowest, up, down, shortest, longest)
+    bottom = -_highest_velocity(-near, -high, -low, slowest, fastest, down, up, shortest, longest)
+    return bottom, top, alive & (bottom <= top)
+
+
+def _can_stay_behind(
+    far: Array, low: Array, slowest: Array, down: Array, shortest: Array, longest: Array
+) -> Array:
+    """Return whether braking fully from velocity `low` keeps the distance at `far` or less for some h.
+
+    That distance is concave in h, so both ends of the interval of h are enough.
+    """
+    braking_time = (low + slowest) / down
+    least = np.full(np.broadcast_shapes(low.shape, longest.shape), np.inf)
+    for h in (shortest, longest):
+        braked = np.minimum(h, braking_time)
+        least = np.minimum(least, low * braked - 0.5 * down * braked**2 - slowest * (h - braked))
+    return least <= far + 1e-14 * (1.0 + np.abs(far))
+
+
+def _highest_velocity(
+    far: Array,
+    low: Array,
+    high: Array,
+    fastest: Array,
+    slowest: Array,
+    up: Array,
+    down: Array,
+    shortest: Array,
+    longest: Array,
+) -> Array:
+    """Return the largest velocity after the gap with d_min <= far, from a velocity in [low, high]."""
+    top = np.full(np.broadcast_shapes(low.shape, longest.shape), -np.inf)
+    for h in (shortest, longest):
+        h = np.maximum(h, 1e-300)
+        straight = far / h + 0.5 * up * h  # reached by speeding up all the time, which starts from:
+        begin = far / h - 0.5 * up * h
+        square = (down * h**2 - 2.0 * (low * h - far)) / (up + down)  # time spent speeding up, squared
+        rising = np.sqrt(np.maximum(square, 0.0))
+        valley = low - down * (h - rising)
+        touched = valley + up * rising
+        room = far + slowest * h - 0.5 * (low + slowest) ** 2 / down
+        waited = -slowest + np.sqrt(np.maximum(2.0 * up * room, 0.0))
+        reached = np.where(valley < -slowest, waited, touched)
+        impossible = np.where(valley < -slowest, room < 0, square < 0)
+        reached = np.where(impossible, -np.inf, reached)
+        top = np.maximum(top, np.where(low <= begin, straight, reached))
+    return np.minimum(np.minimum(top, fastest), high + up * longest)
+
+
+def shortest_total(limits: JointLimits, proportions: Array, largest: float, iterations: int = 60) -> Array:
+    """Return the least total duration (P,) for each row of proportions (P, G), s; infinite above `largest`.
+
+    From rest to rest a motion can be slowed uniformly, so the feasible totals of fixed proportions are an interval
+    without upper end, and bisection finds its lower end.
+    """
+    low, high = np.zeros(len(proportions)), np.full(len(proportions), largest)
+    known = feasible(limits, proportions * largest, proportions * largest)
+    for _ in range(iterations):
+        middle = 0.5 * (low + high)
+        h = proportions * middle[:, None]
+        good = feasible(limits, h, h)
+        high, low = np.where(good, middle, high), np.where(good, low, middle)
+    return np.where(known, high, np.inf)
