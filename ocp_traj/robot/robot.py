@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from ocp_traj.robot.array_program import ArrayProgram
     from ocp_traj.robot.compiled import CompiledProgram
     from ocp_traj.robot.links import Link
+    from ocp_traj.robot.meshes import VisualMesh
 
 logger = logging.getLogger(__name__)
 
@@ -310,6 +311,32 @@ class Robot:
         base = pin.SE3(self.base_placement).inverse().homogeneous
         pose: Array = base @ self._data.oMi[joint].homogeneous @ placement
         return pose
+
+    def link_placements(self, q: ArrayLike) -> Array:
+        """Return the transforms (n + 1, 4, 4) from the base to the root and to what each joint moves, at `q` (n,).
+
+        Raises
+        ------
+        RobotError
+            `q` has not n values.
+        """
+        import pinocchio as pin
+
+        pin.forwardKinematics(self.bare_model, self._data, vector(q, self.n, "q"))
+        base = np.linalg.inv(self.base_placement)
+        return np.array([base @ placement.homogeneous for placement in self._data.oMi])
+
+    def visual_meshes(self) -> list[VisualMesh]:
+        """Return the robot's meshes with the link that carries each; empty for a robot without a URDF.
+
+        Raises
+        ------
+        RobotError
+            The URDF or one of its meshes is not where it should be.
+        """
+        from ocp_traj.robot.meshes import visual_meshes
+
+        return visual_meshes(self)
 
     def with_changes(
         self,

@@ -11,12 +11,13 @@ from ocp_traj.exceptions import InputError, RobotError, UnreachablePoseError
 from ocp_traj.robot.additions import vector
 from ocp_traj.robot.inverse_kinematics.branch_choice import nearest_branch, nearest_turns
 from ocp_traj.robot.inverse_kinematics.closed_form import FACTORS, SINGULAR, ClosedForm
+from ocp_traj.robot.inverse_kinematics.crossings import find_crossings
 from ocp_traj.robot.inverse_kinematics.damped_least_squares import DampedLeastSquares
 from ocp_traj.robot.inverse_kinematics.inverse_kinematics import InverseKinematics
 from ocp_traj.robot.inverse_kinematics.screws import screws_of
 from ocp_traj.robot.inverse_kinematics.spherical_wrist import SphericalWrist
 from ocp_traj.robot.inverse_kinematics.three_parallel_axes import ThreeParallelAxes
-from ocp_traj.robot.inverse_kinematics.unique_domain import find_crossings, follow_domain
+from ocp_traj.robot.inverse_kinematics.unique_domain import follow_domain
 
 if TYPE_CHECKING:
     from ocp_traj.robot.robot import Robot
