@@ -42,7 +42,9 @@ def _solvers(console: Console) -> None:
 def _cases(console: Console) -> None:
     from ocp_traj.case import case_names, case_title
 
-    print_table(console, "cases", ["name", "title"], [[name, case_title(name)] for name in case_names()], words=2)
+    print_table(
+        console, "cases", ["name", "title"], [[name, case_title(name)] for name in case_names()], words=2
+    )
 
 
 def _families(console: Console) -> None:

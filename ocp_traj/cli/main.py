@@ -53,7 +53,7 @@ def cli() -> None:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run the command line and leave with its status: 0 done or feasible, 1 no feasible answer, 2 wrong input."""
+    """Run the command line and leave with 0 (done, feasible), 1 (no feasible answer) or 2 (wrong input)."""
     sys.exit(run(arguments))
 
 

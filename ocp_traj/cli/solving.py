@@ -87,9 +87,9 @@ def _show(console: Console, result: Any) -> None:
     if result.audit is not None:
         worst = result.audit.worst
         if worst is not None:
-            console.print(
-                f"  tightest   {worst.limit}, joint {worst.joint + 1}, at {worst.time:.4f} s: ratio {worst.ratio:.7f}"
-            )
+            joint = f", joint {worst.joint + 1}" if worst.joint >= 0 else ""
+            place = f"{worst.key}{joint}, at {worst.time:.4f} s"
+            console.print(f"  tightest   {place}: ratio {worst.ratio:.7f}", markup=False)
         for finding in result.audit.findings:
             console.print(f"  {finding}", markup=False)
     console.print(f"  status     {solution.status.key}: {solution.message}", markup=False)

@@ -102,7 +102,7 @@ def mapped_bytes() -> int | None:
 
 
 def die_with_parent() -> None:
-    """End this process when the one that started it ends, even inside native code (Linux), else soon after."""
+    """End this process when its starter ends: at once on Linux, even inside native code, else soon after."""
     parent = os.getppid()
     if sys.platform == "linux":
         import ctypes

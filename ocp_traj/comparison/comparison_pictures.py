@@ -28,11 +28,11 @@ _GRID = 80
 
 
 def convergence_picture(judgement: Judgement, problem: Problem) -> Picture:
-    """Return the best verified objective so far over evaluations and seconds: median, and quartiles as band."""
+    """Return the best verified objective so far over evaluations and seconds: median and quartiles."""
     panels = tuple(_convergence_panel(judgement, problem, measure) for measure in MEASURES)
     caption = (
-        f"{problem.label}: median over seeds of the best feasible objective so far; bands span the quartiles. "
-        "A run counts only when the audit accepts its answer; a curve begins where half of the runs have a "
+        f"{problem.label}: median over seeds of the best feasible objective so far; bands span the "
+        "quartiles. A run counts only when the audit accepts its answer; a curve begins where half of the runs have a "
         "feasible point. Dashed: the best known here."
     )
     return Picture(
@@ -93,7 +93,7 @@ def runtime_distributions(judgement: Judgement, measure: str) -> list[Curve]:
     problems = [problem for problem in judgement.problems if problem.best is not None]
     curves = []
     for solver in judgement.solvers:
-        times = []
+        times: list[Array] = []
         for problem in problems:
             group = judgement.group(problem, solver)
             for target in TARGETS:
@@ -150,8 +150,9 @@ def performance_picture(judgement: Judgement) -> Picture:
         for measure in MEASURES
     )
     caption = (
-        f"Share of (problem, seed) instances solved to within {100 * SOLVED:g} % of the best known value, within a "
-        "factor of the fastest solver on that instance. The left end tells who is fastest, the right end who is reliable."
+        f"Share of (problem, seed) instances solved to within {100 * SOLVED:g} % of the best known value, "
+        "within a factor of the fastest solver on that instance. The left end tells who is fastest, the right "
+        "end who is reliable."
     )
     return Picture("performance", "Performance profiles", caption, panels)
 
@@ -167,21 +168,23 @@ def data_picture(judgement: Judgement) -> Picture:
         data_profiles(costs, dimensions),
     )
     caption = (
-        f"Share of instances solved to within {100 * SOLVED:g} % of the best known value; d is the smallest number "
-        "of variables any solver uses on the problem. A gradient solver's evaluation includes derivatives."
+        f"Share of instances solved to within {100 * SOLVED:g} % of the best known value; d is the smallest "
+        "number of variables any solver uses on the problem. A gradient solver's evaluation includes derivatives."
     )
     return Picture("data", "Data profile", caption, (panel,), columns=2)
 
 
 def _step_panel(title: str, x: str, y: str, judgement: Judgement, curves: list[Curve]) -> Panel:
-    ends = [float(curve.x[-1]) for curve in curves if curve.x.size]
+    """Return step functions from zero to the common end; one that never rises lies at zero."""
+    reached = [curve.x for curve in curves if curve.x.size]
+    first = min((float(xs[0]) for xs in reached), default=1.0)
+    last = 1.02 * max((float(xs[-1]) for xs in reached), default=1.0)
     lines = []
     for place, (solver, curve) in enumerate(zip(judgement.solvers, curves, strict=True)):
-        if curve.x.size:
-            far = max(ends) * 1.02
-            steps = np.append(curve.x, far), np.append(curve.y, curve.y[-1])
-            begin = (np.append(steps[0][0], steps[0]), np.append(0.0, steps[1]))
-            lines.append(Line(*begin, solver, place, step=True))
+        begin = curve.x[:1] if curve.x.size else np.array([first])
+        final = curve.y[-1] if curve.y.size else 0.0
+        across, up = np.concatenate([begin, curve.x, [last]]), np.concatenate([[0.0], curve.y, [final]])
+        lines.append(Line(across, up, solver, place, step=True))
     return Panel(title, x, y, tuple(lines), log_x=True, y_range=(0.0, 1.02))
 
 

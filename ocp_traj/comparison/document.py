@@ -19,12 +19,21 @@ class Cell:
 
 @dataclass(frozen=True)
 class Table:
-    """A table with a caption and a note below; every row has as many cells as there are columns."""
+    """A table with a caption and a note below; every row has as many cells as there are columns.
+
+    The first `words` columns hold words, the others numbers; `wide` columns hold sentences.
+    """
 
     caption: str
     columns: tuple[str, ...]
     rows: tuple[tuple[Cell, ...], ...]
     note: str = ""
+    words: int = 1
+    wide: tuple[int, ...] = ()
+
+    def kind(self, column: int) -> str:
+        """Return ``wide``, ``words`` or nothing: how a column is set."""
+        return "wide" if column in self.wide else ("words" if column < self.words else "")
 
 
 @dataclass(frozen=True)
@@ -68,6 +77,13 @@ def number(value: float | None, digits: int = 4, tone: str = "", suffix: str = "
     if value is None or not math.isfinite(value):
         return Cell("–", math.inf, tone)
     return Cell(format_number(value, digits) + suffix, float(value), tone)
+
+
+def count(value: float | None) -> Cell:
+    """Return a cell of a whole number (a median of two may end in .5)."""
+    if value is None or not math.isfinite(value):
+        return Cell("–", math.inf)
+    return Cell(f"{value:.10g}", float(value))
 
 
 def format_number(value: float, digits: int = 4) -> str:

@@ -11,8 +11,19 @@ from ocp_traj.exceptions import InputError
 FORMATS = (".pdf", ".png", ".svg")
 
 _COLOURS = (
-    "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7a5195", "#8c6d31", "#444444", "#b3003b",
+    "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00",
+    "#56b4e9", "#7a5195", "#8c6d31", "#444444", "#b3003b",
 )  # fmt: skip
+
+_STYLE: Any = {
+    "font.size": 8.0,
+    "axes.titlesize": 9.0,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.alpha": 0.3,
+    "pdf.fonttype": 42,
+    "svg.fonttype": "none",
+}
 
 
 def save_picture(picture: Picture, path: Path) -> None:
@@ -27,8 +38,7 @@ def save_picture(picture: Picture, path: Path) -> None:
         raise InputError(f"{path} ends in {path.suffix!r}, expected one of {', '.join(FORMATS)}")
     import matplotlib as mpl
 
-    style = {"font.size": 8.0, "axes.titlesize": 9.0, "pdf.fonttype": 42, "svg.fonttype": "none"}
-    with mpl.rc_context({**style, "axes.grid": True, "grid.alpha": 0.3, "axes.axisbelow": True}):
+    with mpl.rc_context(_STYLE):
         figure = _draw(picture)
         try:
             figure.savefig(path, dpi=200)

@@ -25,7 +25,7 @@ _PACKAGES = ("ocp-traj", "numpy", "scipy", "casadi", "pin", "toppra", "cvxpy", "
 
 def pinned_threads() -> dict[str, str]:
     """Return the environment that keeps every numerical library to one thread."""
-    return {name: "1" for name in THREAD_VARIABLES}
+    return dict.fromkeys(THREAD_VARIABLES, "1")
 
 
 def describe_environment() -> dict[str, Any]:

@@ -67,7 +67,7 @@ def _execute_on_dask(requests: Sequence[Request], address: str) -> Iterator[tupl
             f"--dask needs the extra 'cluster' (pip install ocp-traj[cluster]): {error}"
         ) from error
     try:
-        client = Client(address, timeout=5)
+        client: Any = Client(address, timeout=5)  # type: ignore[no-untyped-call,unused-ignore]
     except (OSError, ValueError) as error:
         raise UnavailableError(f"no Dask scheduler answers at {address!r}: {error}") from error
     with client:
@@ -76,15 +76,15 @@ def _execute_on_dask(requests: Sequence[Request], address: str) -> Iterator[tupl
             for place, request in enumerate(requests)
         }
         try:
-            for future in as_completed(places):
-                error = future.exception()
-                if error is None:
+            for future in as_completed(places):  # type: ignore[no-untyped-call,unused-ignore]
+                lost = future.exception()
+                if lost is None:
                     answer = future.result()
                 else:
                     answer = {
                         "status": "failed",
                         "reason": "crash",
-                        "message": f"the Dask worker was lost: {error}",
+                        "message": f"the Dask worker was lost: {lost}",
                     }
                 yield places[future], answer
         finally:

@@ -42,8 +42,8 @@ class Samples:
 def sample_for_controller(trajectory: Trajectory, rate: float, task: TrajectoryTask | None = None) -> Samples:
     """Sample a motion so that the quintic a controller draws through the samples keeps the limits.
 
-    Every breakpoint is a sample, in addition to an even grid: between samples the quintic through q, v, a then
-    is the motion itself for families up to degree five. With a task, the quintic is audited, and the whole
+    Every breakpoint is a sample, in addition to an even grid: between samples the quintic through q, v, a
+    then is the motion itself for families up to degree five. With a task, the quintic is audited, and the whole
     motion slowed where it exceeds a limit.
 
     Raises
@@ -93,7 +93,7 @@ def sampling_times(trajectory: Trajectory, rate: float) -> Array:
 
 
 def _needed_scale(task: TrajectoryTask, motion: Trajectory, samples: Samples) -> float | None:
-    """Return by what factor to slow down so that the controller's quintic keeps the limits; 1 when it does."""
+    """Return the slowing with which the controller's quintic keeps the limits; 1 when it does already."""
     from ocp_traj.audit import audit
 
     drawn = interpolated(samples, motion)
@@ -111,7 +111,7 @@ def _needed_scale(task: TrajectoryTask, motion: Trajectory, samples: Samples) ->
     factors = [extremum.ratio ** (1.0 / powers.get(extremum.limit, 1)) for extremum in ratios]
     if any(extremum.limit not in powers for extremum in ratios) or not all(map(math.isfinite, factors)):
         return None
-    return max(factors)
+    return float(max(factors))
 
 
 def interpolated(samples: Samples, motion: Trajectory) -> Trajectory:

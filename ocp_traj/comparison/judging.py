@@ -158,11 +158,10 @@ def describe_failure(row: Row) -> str:
     record = row.record
     if record.reason:
         return record.reason
-    if record.worst is not None and record.claimed:
-        return f"claimed success, but {record.worst['limit']} at {_or_infinite(record.worst['ratio']):.4g} of its limit"
-    if record.worst is not None:
-        return f"{record.status.replace('_', ' ')}: {record.worst['limit']} at {_or_infinite(record.worst['ratio']):.4g} of its limit"
-    return f"{record.status.replace('_', ' ')}: no answer"
+    said = "claimed success, but" if record.claimed else f"{record.status.replace('_', ' ')}:"
+    if record.worst is None:
+        return f"{said} no answer"
+    return f"{said} {record.worst['limit']} at {_or_infinite(record.worst['ratio']):.4g} of its limit"
 
 
 def judge(rows: Sequence[Row], cases: Mapping[str, Mapping[str, Any]]) -> Judgement:

@@ -55,8 +55,8 @@ def motion_picture(task: TrajectoryTask, trajectory: Trajectory, relative: bool 
         else:
             panels.append(_plain_panel(name, unit, t, values, limits))
     caption = (
-        "Shares of the limits: a line that touches the dashed ±1 uses its limit fully; quantities without limits "
-        "are in their units."
+        "Shares of the limits: a line that touches the dashed ±1 uses its limit fully; quantities without "
+        "limits are in their units."
         if relative
         else "Limits are dashed in the colour of their joint."
     )

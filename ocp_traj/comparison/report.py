@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,11 +22,10 @@ from ocp_traj.comparison.pictures import motion_picture, path_picture, power_pic
 from ocp_traj.comparison.store import Row, Store
 from ocp_traj.comparison.story import LIMITATIONS, describe_machine, tell_story
 from ocp_traj.comparison.svg import draw_picture
+from ocp_traj.comparison.viewer import Scene, viewer_html
 from ocp_traj.exceptions import OcpTrajError
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
-
-_LOGGER = logging.getLogger(__name__)
 
 MOTIONS_SHOWN = 24
 """Motions drawn at most in one report; `ocp-traj plot` draws any other."""
@@ -90,7 +88,8 @@ def build_document(
     """Return everything the report says."""
     plans = store.plans()
     plan, environment = plans[-1]
-    story = tell_story(judgement, _planned(judgement, plan.seeds, len(plan.solvers)), len(rows))
+    planned = [row for row in rows if row.solver in plan.solvers and row.seed_index < plan.seeds]
+    story = tell_story(judgement, plan.size, len(planned))
     subtitle = (
         f"{len(judgement.problems)} problems × {len(judgement.solvers)} solvers × {plan.seeds} seeds, "
         f"{len(rows)} runs; every answer judged by the audit, never by the solver's claim."
@@ -106,10 +105,6 @@ def build_document(
         Section("limitations", "Limitations", LIMITATIONS),
     ]
     return Document("Trajectory solvers compared", subtitle, tuple(story), tuple(sections))
-
-
-def _planned(judgement: Judgement, seeds: int, solvers: int) -> int:
-    return len(judgement.problems) * max(solvers, len(judgement.solvers)) * seeds
 
 
 def _results(judgement: Judgement) -> Section:
@@ -134,9 +129,10 @@ def _tests(judgement: Judgement) -> Section:
 
 
 def _costs(judgement: Judgement) -> Section:
-    drawn = judgement.problems[:CONVERGENCE_SHOWN]
+    solved = [problem for problem in judgement.problems if problem.best is not None]
+    drawn = solved[:CONVERGENCE_SHOWN]
     folds = tuple(Fold(problem.label, (convergence_picture(judgement, problem),)) for problem in drawn)
-    more = len(judgement.problems) - len(drawn)
+    more = len(solved) - len(drawn)
     note = (
         (f"Convergence is drawn for the first {len(drawn)} problems, not for {more} more.",) if more else ()
     )
@@ -170,8 +166,8 @@ def _plan_text(plans: Sequence[tuple[Any, Mapping[str, Any]]]) -> Iterator[str]:
     commits = {str(environment.get("git")) for _, environment in plans}
     if len(versions) > 1 or len(commits) > 1:
         yield (
-            f"The folder was filled in {len(plans)} sittings with different versions or source states: rows of "
-            "different versions stand side by side."
+            f"The folder was filled in {len(plans)} sittings with different versions or source states: rows "
+            "of different versions stand side by side."
         )
 
 
@@ -241,6 +237,18 @@ def _limits_picture(task: TrajectoryTask, trajectory: Trajectory) -> Picture:
     return motion_picture(task, trajectory, relative=True)
 
 
+def _scenes(motions: Sequence[Motion]) -> list[Scene]:
+    """Return the best motion of every problem that has a robot."""
+    best: dict[tuple[str, str], Motion] = {}
+    for motion in motions:
+        if motion.task.robot is not None:
+            best.setdefault(motion.problem.key, motion)
+    return [
+        Scene(f"{motion.problem.label}, {motion.solver}", motion.task, motion.trajectory)
+        for motion in best.values()
+    ]
+
+
 def render_html(document: Document, motions: Sequence[Motion] = ()) -> str:
     """Return the report as one page that needs nothing else."""
     from jinja2 import Environment, FileSystemLoader
@@ -253,5 +261,5 @@ def render_html(document: Document, motions: Sequence[Motion] = ()) -> str:
         style=Markup((TEMPLATES / "report.css").read_text(encoding="utf-8")),
         script=Markup((TEMPLATES / "report.js").read_text(encoding="utf-8")),
         draw=lambda picture: Markup(draw_picture(picture)),
-        viewer="",
+        viewer=Markup(viewer_html(_scenes(motions), TEMPLATES)),
     )

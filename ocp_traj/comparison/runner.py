@@ -94,7 +94,7 @@ def claims_success(solution: Any) -> bool:
 
 
 def thin_history(history: Any) -> dict[str, list[float]]:
-    """Return at most `HISTORY_POINTS` entries: where the best improves first, then evenly in the logarithm."""
+    """Return at most `HISTORY_POINTS` entries: improvements of the best, and evenly in the logarithm."""
     count = len(history.cost)
     if count == 0:
         return {}

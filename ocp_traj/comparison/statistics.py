@@ -1,4 +1,4 @@
-"""Small-sample statistics for solvers on common problems; a failure is an infinitely bad value, never missing."""
+"""Small-sample statistics of solvers on common problems; a failure is an infinitely bad value."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Interval:
 
 @dataclass(frozen=True)
 class Friedman:
-    """Friedman's rank test over blocks: mean ranks (1 is best), statistic and p-value (None below 3 solvers)."""
+    """Friedman's rank test over blocks: mean ranks (1 is best), statistic and p (None below 3 solvers)."""
 
     ranks: dict[str, float]
     statistic: float | None

@@ -19,15 +19,20 @@ from ocp_traj.exceptions import InputError, UnavailableError
 FILE_NAME = "results.sqlite"
 
 _VERSION_1 = """
-CREATE TABLE plans (id INTEGER PRIMARY KEY, created TEXT NOT NULL, plan TEXT NOT NULL, environment TEXT NOT NULL);
+CREATE TABLE plans (
+    id INTEGER PRIMARY KEY, created TEXT NOT NULL, plan TEXT NOT NULL, environment TEXT NOT NULL
+);
 CREATE TABLE cases (digest TEXT PRIMARY KEY, name TEXT NOT NULL, choice TEXT NOT NULL, reference TEXT);
 CREATE TABLE runs (
     case_digest TEXT NOT NULL, solver TEXT NOT NULL, settings_digest TEXT NOT NULL, seed INTEGER NOT NULL,
-    case_name TEXT NOT NULL, seed_index INTEGER NOT NULL, budget INTEGER, time_limit REAL, memory_limit INTEGER,
-    status TEXT NOT NULL, reason TEXT NOT NULL, message TEXT NOT NULL, claimed INTEGER NOT NULL, feasible INTEGER NOT NULL,
-    objective REAL, duration REAL, energy REAL, worst_limit TEXT, worst_joint INTEGER, worst_time REAL, worst_ratio REAL,
+    case_name TEXT NOT NULL, seed_index INTEGER NOT NULL,
+    budget INTEGER, time_limit REAL, memory_limit INTEGER,
+    status TEXT NOT NULL, reason TEXT NOT NULL, message TEXT NOT NULL,
+    claimed INTEGER NOT NULL, feasible INTEGER NOT NULL, objective REAL, duration REAL, energy REAL,
+    worst_limit TEXT, worst_joint INTEGER, worst_time REAL, worst_ratio REAL,
     waypoint_error REAL, smallest_feasible_scale REAL, findings TEXT NOT NULL,
-    dimension INTEGER, evaluations INTEGER, build_time REAL, solve_time REAL, wall_time REAL, peak_memory INTEGER,
+    dimension INTEGER, evaluations INTEGER,
+    build_time REAL, solve_time REAL, wall_time REAL, peak_memory INTEGER,
     trajectory TEXT, plan INTEGER NOT NULL REFERENCES plans (id), finished TEXT NOT NULL,
     PRIMARY KEY (case_digest, solver, settings_digest, seed)
 ) WITHOUT ROWID;
@@ -49,6 +54,7 @@ MIGRATIONS = (_VERSION_1, _VERSION_2)
 """Step k brings a file from schema version k to k + 1; a new version is a new step, old ones never change."""
 
 _KEY = ("case_digest", "solver", "settings_digest", "seed")
+_HISTORY = ("evaluations", "cost", "violation", "seconds")
 
 
 @dataclass(frozen=True)
@@ -160,7 +166,7 @@ class Store:
         return number
 
     def problems(self) -> set[tuple[str, str]]:
-        """Return (case digest, settings digest) of every problem of the newest plan: what a report is about."""
+        """Return (case digest, settings digest) of the newest plan's problems: what a report is about."""
         newest = "SELECT max(id) FROM plans"
         query = f"SELECT case_digest, settings_digest FROM problems WHERE plan = ({newest})"
         return {tuple(row) for row in self._connection.execute(query)}
@@ -205,10 +211,7 @@ class Store:
             name = self._write_trajectory(spec, record.trajectory)
         values = _columns(spec, record, name, plan)
         holes = ", ".join("?" * len(values))
-        history = [
-            json.dumps(record.history.get(part, []))
-            for part in ("evaluations", "cost", "violation", "seconds")
-        ]
+        history = [json.dumps(record.history.get(part, [])) for part in _HISTORY]
         with self._transaction():
             self._connection.execute(
                 f"INSERT OR IGNORE INTO runs ({', '.join(values)}) VALUES ({holes})", tuple(values.values())
@@ -231,9 +234,9 @@ class Store:
 
     def rows(self, histories: bool = True) -> list[Row]:
         """Return every run, ordered by case, solver, settings and seed."""
-        parts = ", h.evaluations AS h_evaluations, h.cost AS h_cost, h.violation AS h_violation, h.seconds AS h_seconds"
+        parts = "".join(f", h.{part} AS h_{part}" for part in _HISTORY)
         query = (
-            f"SELECT r.*{parts} FROM runs r LEFT JOIN histories h USING (case_digest, solver, settings_digest, seed)"
+            f"SELECT r.*{parts} FROM runs r LEFT JOIN histories h USING ({', '.join(_KEY)})"
             if histories
             else "SELECT * FROM runs r"
         )
@@ -266,7 +269,8 @@ def _columns(spec: RunSpec, record: RunRecord, trajectory: str | None, plan: int
         "reason": record.reason, "message": record.message, "claimed": int(record.claimed),
         "feasible": int(record.feasible), "objective": record.objective, "duration": record.duration,
         "energy": record.energy, "worst_limit": worst.get("limit"), "worst_joint": worst.get("joint"),
-        "worst_time": worst.get("time"), "worst_ratio": worst.get("ratio"), "waypoint_error": record.waypoint_error,
+        "worst_time": worst.get("time"), "worst_ratio": worst.get("ratio"),
+        "waypoint_error": record.waypoint_error,
         "smallest_feasible_scale": record.smallest_feasible_scale, "findings": json.dumps(record.findings),
         "dimension": record.dimension, "evaluations": record.evaluations, "build_time": record.build_time,
         "solve_time": record.solve_time, "wall_time": record.wall_time, "peak_memory": record.peak_memory,
@@ -286,9 +290,7 @@ def _row(entry: sqlite3.Row, histories: bool) -> Row:
         worst = {name: entry[f"worst_{name}"] for name in ("limit", "joint", "time", "ratio")}
     history = {}
     if histories and entry["h_cost"] is not None:
-        history = {
-            part: json.loads(entry[f"h_{part}"]) for part in ("evaluations", "cost", "violation", "seconds")
-        }
+        history = {part: json.loads(entry[f"h_{part}"]) for part in _HISTORY}
     record = RunRecord(
         **{name: entry[name] for name in _PLAIN},
         claimed=bool(entry["claimed"]),

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from ocp_traj.arrays import Array
 from ocp_traj.comparison.judging import Judgement, median_interval
-from ocp_traj.comparison.statistics import LEVEL, PairTest, describe_superiority
+from ocp_traj.comparison.statistics import LEVEL, TIE, PairTest, describe_superiority
 
 SIGNIFICANT = 1.0 - LEVEL
 
@@ -46,45 +47,51 @@ def _winner(judgement: Judgement) -> str:
     blocks = len(judgement.ratios)
     if blocks == 0:
         return "No block has runs of all solvers yet, so they cannot be ranked."
-    firsts = int((judgement.ratios[:, 0] <= judgement.ratios.min(axis=1) * (1 + 1e-6)).sum())
-    firsts -= int(np.isinf(judgement.ratios).all(axis=1).sum())
+    tied = [name for name in judgement.solvers if judgement.ranks.ranks[name] == judgement.ranks.ranks[best]]
+    if len(tied) > 1:
+        return (
+            f"No solver leads: {', '.join(tied)} share the best mean rank, {judgement.ranks.ranks[best]:.2f}."
+        )
+    least = judgement.ratios.min(axis=1)
+    firsts = int(((judgement.ratios[:, 0] <= least * (1 + TIE)) & np.isfinite(least)).sum())
     kind = "problems" if judgement.block_kind == "problems" else "paired runs (problem and seed)"
     return (
-        f"{best} ranks first: mean rank {judgement.ranks.ranks[best]:.2f} of {len(judgement.solvers)} solvers, "
-        f"best or equal best in {firsts} of {blocks} {kind}."
+        f"{best} ranks first: mean rank {judgement.ranks.ranks[best]:.2f} of {len(judgement.solvers)} "
+        f"solvers, best or equal best in {firsts} of {blocks} {kind}."
     )
 
 
 def _margins(judgement: Judgement) -> list[str]:
-    """Return by how much the first beats the others, where both succeed."""
-    sentences = []
+    """Return how the others stand to the first, where both succeed, and how often they fail."""
+    first, sentences = judgement.solvers[0], []
     for place, solver in enumerate(judgement.solvers[1:], start=1):
-        first, other = judgement.ratios[:, 0], judgement.ratios[:, place]
-        both = np.isfinite(first) & np.isfinite(other)
-        failed = int(np.isinf(other).sum())
-        if not both.any():
-            if failed:
-                sentences.append(f"{solver} has no feasible motion where {judgement.solvers[0]} has one.")
-            continue
-        ratios = other[both] / first[both] - 1.0
-        interval = median_interval(ratios, solver)
-        word = "worse" if interval.median >= 0 else "better"
-        middle, *sides = (
-            f"{100 * abs(value):.2g}" for value in (interval.median, interval.lower, interval.upper)
-        )
-        spread = (
-            ""
-            if sides == [middle, middle]
-            else f" (95 % interval {100 * interval.lower:.2g} to {100 * interval.upper:.2g} %)"
-        )
-        size = "equal to within 1e-6" if abs(interval.median) <= 1e-6 else f"{middle} % {word}{spread}"
-        tail = f"; it failed in {failed} of {len(other)}" if failed else ""
-        sentences.append(
-            f"{solver} is {size} than {judgement.solvers[0]} in the median where both succeed{tail}.".replace(
-                "1e-6 than", "1e-6 to"
-            )
-        )
+        ours, theirs = judgement.ratios[:, 0], judgement.ratios[:, place]
+        both = np.isfinite(ours) & np.isfinite(theirs)
+        if both.any():
+            sentences.append(_margin(first, solver, theirs[both] / ours[both] - 1.0))
+        lost = int((np.isinf(theirs) & np.isfinite(ours)).sum())
+        won = int((np.isfinite(theirs) & np.isinf(ours)).sum())
+        if lost:
+            sentences.append(f"{solver} fails in {lost} of {len(theirs)} blocks in which {first} succeeds.")
+        if won:
+            sentences.append(f"{first} fails in {won} of {len(theirs)} blocks in which {solver} succeeds.")
     return sentences
+
+
+def _margin(first: str, solver: str, excess: Array) -> str:
+    interval = median_interval(excess, solver)
+    if abs(interval.median) <= TIE:
+        return f"{solver} equals {first} to within 1e-6 in the median where both succeed."
+    word, sign = ("above", 1.0) if interval.median > 0 else ("below", -1.0)
+    middle, *sides = (_percent(sign * value) for value in (interval.median, interval.lower, interval.upper))
+    spread = (
+        "" if sides == [middle, middle] else f" (95 % interval {' to '.join(sorted(sides, key=float))} %)"
+    )
+    return f"The objective of {solver} is {middle} % {word} that of {first} in the median where both succeed{spread}."
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f}" if abs(share) >= 1 else f"{100 * share:.2g}"
 
 
 def _sureness(judgement: Judgement) -> str:
@@ -95,15 +102,18 @@ def _sureness(judgement: Judgement) -> str:
         if judgement.block_kind == "problems"
         else "The blocks are repeated runs on few problems, so this is about these problems only."
     )
-    pairs = [pair for pair in judgement.pairs if judgement.solvers[0] in (pair.better, pair.worse)]
-    sure = [pair for pair in pairs if pair.p_holm < SIGNIFICANT and pair.better == judgement.solvers[0]]
+    first = judgement.solvers[0]
+    pairs = [pair for pair in judgement.pairs if first in (pair.better, pair.worse)]
+    sure = [pair for pair in pairs if pair.p_holm < SIGNIFICANT and pair.better == first]
     if len(sure) == len(pairs):
-        verdict = f"The lead of {judgement.solvers[0]} over every other solver is more than chance ({_largest(sure)})"
+        verdict = f"The lead of {first} over every other solver is more than chance ({_largest(sure)})"
     elif sure:
         names = ", ".join(pair.worse for pair in sure)
-        verdict = f"The lead of {judgement.solvers[0]} is more than chance over {names} ({_largest(sure)}), not over the others"
+        verdict = f"The lead of {first} is more than chance over {names} ({_largest(sure)})"
+        verdict += ", not over the others"
     else:
-        verdict = f"No lead of {judgement.solvers[0]} is proven: smallest corrected p {min(pair.p_holm for pair in pairs):.2g}"
+        smallest = min(pair.p_holm for pair in pairs)
+        verdict = f"No lead of {first} is proven: smallest corrected p {smallest:.2g}"
         least = 2.0 ** (1 - judgement.ranks.blocks) * len(judgement.pairs)
         if least >= SIGNIFICANT:
             verdict += (
@@ -118,7 +128,8 @@ def _sureness(judgement: Judgement) -> str:
 def _largest(pairs: list[PairTest]) -> str:
     weakest = max(pairs, key=lambda pair: pair.p_holm)
     effect = describe_superiority(weakest.superiority)
-    return f"Wilcoxon, Holm: p ≤ {weakest.p_holm:.2g}; effect {effect}, A ≥ {min(pair.superiority for pair in pairs):.2f}"
+    least = min(pair.superiority for pair in pairs)
+    return f"Wilcoxon, Holm: p ≤ {weakest.p_holm:.2g}; effect {effect}, A ≥ {least:.2f}"
 
 
 def _references(judgement: Judgement) -> list[str]:
@@ -145,13 +156,19 @@ def _references(judgement: Judgement) -> list[str]:
 
 
 def _reliability(judgement: Judgement) -> str:
-    runs = sum(len(group.rows) for group in judgement.groups.values())
-    feasible = sum(group.successes for group in judgement.groups.values())
-    wrong = runs - sum(group.honest for group in judgement.groups.values())
-    said = f"The audit accepts {feasible} of {runs} runs"
-    if wrong:
-        said += f"; in {wrong} {_plural('run', wrong)} the solver's own claim and the audit disagree"
-    return said + "."
+    records = [row.record for group in judgement.groups.values() for row in group.rows]
+    said = [f"The audit accepts {sum(record.feasible for record in records)} of {len(records)} runs."]
+    lies = sum(record.claimed and not record.feasible for record in records)
+    modest = sum(record.feasible and not record.claimed for record in records)
+    if lies:
+        said.append(
+            f"In {lies} {_plural('run', lies)} the solver claims a feasible answer that the audit refuses."
+        )
+    if modest:
+        said.append(
+            f"In {modest} {_plural('run', modest)} the audit accepts an answer the solver did not vouch for."
+        )
+    return " ".join(said)
 
 
 def _plural(word: str, count: int) -> str:
@@ -175,14 +192,14 @@ def describe_machine(environment: dict[str, Any]) -> str:
 
 
 LIMITATIONS = (
-    "Solvers run with the settings named, not tuned for these problems; another setting can change the order.",
+    "Solvers run with the settings named, untuned for these problems; other settings can change the order.",
     "An evaluation of a gradient solver includes derivatives and is not the same work as one of a population "
     "method: compare seconds as well.",
     "Seconds depend on the machine and on what else it did; runs share its cores.",
-    "The best known value is the best of this comparison (references apart): if all solvers miss the optimum, "
-    "gaps are too small.",
+    "The best known value is the best of this comparison (references apart): if all solvers miss the "
+    "optimum, gaps are too small.",
     "A deterministic solver repeats itself on every seed: its runs are one observation, not several.",
-    "The kinematic bound ignores jerk and torque; TOPP-RA follows a fixed path and ignores jerk, so a ratio below 1 "
-    "is a better path, one above 1 may be the price of the jerk limit.",
+    "The kinematic bound ignores jerk and torque; TOPP-RA follows a fixed path and ignores jerk, so a ratio "
+    "below 1 is a better path, one above 1 may be the price of the jerk limit.",
 )
 """What a comparison of this kind cannot tell."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import contextlib
 import functools
 import json
 import os
@@ -90,10 +91,8 @@ class Supervisor:
         if process is None:
             return
         if process.stdin is not None:
-            try:
+            with contextlib.suppress(BrokenPipeError):  # already gone
                 process.stdin.close()
-            except BrokenPipeError:
-                pass  # already gone
         _kill(process)
         if self._errors is not None:
             self._errors.close()
@@ -104,7 +103,7 @@ class Supervisor:
             return None
         self.close()
         self._messages = queue.Queue()
-        self._errors = tempfile.TemporaryFile()
+        self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the child
         self._process = subprocess.Popen(
             [sys.executable, "-m", "ocp_traj.comparison.child", self.module],
             stdin=subprocess.PIPE,
@@ -172,10 +171,8 @@ def _forward(process: subprocess.Popen[bytes], messages: queue.Queue[dict[str, A
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
     """Kill the child and what it started; it leads its own process group."""
-    try:
+    with contextlib.suppress(ProcessLookupError):  # already gone
         os.killpg(process.pid, signal.SIGKILL)
-    except ProcessLookupError:
-        pass  # already gone
     process.wait()
 
 
@@ -212,13 +209,13 @@ def run_supervised(request: dict[str, Any]) -> dict[str, Any]:
 
 
 def run_in_worker_process(request: dict[str, Any]) -> dict[str, Any]:
-    """Execute one request in a worker process: Ctrl-C goes to the comparison, and its death ends the worker."""
+    """Execute one request in a worker process: Ctrl-C is the comparison's, whose death ends the worker."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _end_with_parent()
     return run_supervised(request)
 
 
-@functools.lru_cache(maxsize=None)
+@functools.cache
 def _end_with_parent() -> None:
     parent = os.getppid()
 

@@ -26,7 +26,7 @@ def draw_picture(picture: Picture) -> str:
         for label, line in picture.legend.items()
     )
     return (
-        f'<figure class="picture" id="{escape(picture.name)}"><div class="panels columns{picture.columns}">{panels}</div>'
+        f'<figure class="picture"><div class="panels">{panels}</div>'
         f'<div class="legend">{legend}</div><figcaption>{escape(picture.caption)}</figcaption></figure>'
     )
 
@@ -46,7 +46,8 @@ def _draw_panel(panel: Panel) -> str:
         f"{escape(panel.y_label)}</text>"
     )
     description = escape(f"{panel.title}: {panel.y_label} over {panel.x_label}")
-    return f'<svg viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" role="img" aria-label="{description}">{"".join(parts)}{labels}</svg>'
+    content = "".join(parts) + labels
+    return f'<svg viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" role="img" aria-label="{description}">{content}</svg>'
 
 
 def _axes(panel: Panel) -> tuple[Axis, Axis]:
@@ -84,7 +85,8 @@ def _grid(horizontal: Axis, vertical: Axis) -> str:
     for value, label in horizontal.ticks():
         x = float(_screen(horizontal, np.array(value), False))
         parts.append(
-            f'<path class="grid" d="M{x:.1f} {top}V{bottom}"/><text class="tick" x="{x:.1f}" y="{bottom + 14}">{label}</text>'
+            f'<path class="grid" d="M{x:.1f} {top}V{bottom}"/>'
+            f'<text class="tick" x="{x:.1f}" y="{bottom + 14}">{label}</text>'
         )
     for value, label in vertical.ticks():
         y = float(_screen(vertical, np.array(value), True))

@@ -8,8 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ocp_traj.arrays import Array
-
-from ocp_traj.comparison.document import Cell, Table, format_number, number, text
+from ocp_traj.comparison.document import Cell, Table, count, format_number, number, text
 from ocp_traj.comparison.judging import Group, Judgement, Problem, describe_failure, median_interval
 from ocp_traj.comparison.profiles import best_at, expected_running_time, target_value
 from ocp_traj.comparison.statistics import Interval, describe_superiority, median
@@ -36,7 +35,7 @@ def solver_table(judgement: Judgement) -> Table:
                 _interval(median_interval(gaps, solver), 3),
                 number(_median(np.concatenate([_ratios(group, group.problem.toppra) for group in groups]))),
                 _share(honest, runs),
-                number(_median(np.concatenate([group.values("evaluations") for group in groups])), 5),
+                count(_median(np.concatenate([group.values("evaluations") for group in groups]))),
                 number(_median(np.concatenate([group.values("build_time") for group in groups])), 3),
                 number(_median(np.concatenate([group.values("solve_time") for group in groups])), 3),
             )
@@ -52,7 +51,10 @@ def solver_table(judgement: Judgement) -> Table:
         "build, s",
         "solve, s",
     )
-    note = "Medians over all runs; a failed run counts as infinitely bad. Rank 1 is best. –: no number (failed, or no reference)."
+    note = (
+        "Medians over all runs; a failed run counts as infinitely bad. Rank 1 is best. –: no number (failed, or "
+        "no reference)."
+    )
     return Table("Solvers over all problems", columns, tuple(rows), note)
 
 
@@ -80,11 +82,11 @@ def result_table(judgement: Judgement) -> Table:
         "solve, s",
     )
     note = (
-        "Medians over seeds with bootstrap intervals; with few seeds an interval is hardly more than the range. "
-        "Gap: median above the best objective any run here reached. TOPP-RA: the best of its paths. Bound: certified "
-        "kinematic bound, or its estimate where there is no certificate (marked ~)."
+        "Medians over seeds with bootstrap intervals; with few seeds an interval is hardly more than the "
+        "range. Gap: median above the best objective any run here reached. TOPP-RA: the best of its paths. "
+        "Bound: certified kinematic bound, or its estimate where there is no certificate (marked ~)."
     )
-    return Table("Every solver on every problem", columns, tuple(rows), note)
+    return Table("Every solver on every problem", columns, tuple(rows), note, words=2)
 
 
 def _result_row(group: Group) -> tuple[Cell, ...]:
@@ -102,7 +104,7 @@ def _result_row(group: Group) -> tuple[Cell, ...]:
         number(_median(_ratios(group, problem.toppra)), 4),
         number(_median(_ratios(group, bound)), 4, suffix=mark),
         number(_median(group.values("energy")), 4),
-        number(_median(group.values("evaluations")), 5),
+        count(_median(group.values("evaluations"))),
         number(_median(group.values("build_time")), 3),
         number(_median(group.values("solve_time")), 3),
     )
@@ -159,7 +161,7 @@ def terminal_table(judgement: Judgement) -> Table:
                     _interval(median_interval(group.objectives(), f"{problem.label}/{solver}"), 5),
                     number(median(group.durations()), 5),
                     number(_median(_ratios(group, problem.toppra)), 4),
-                    number(_median(group.values("evaluations")), 6),
+                    count(_median(group.values("evaluations"))),
                     number(_median(seconds), 3),
                 )
             )
@@ -173,7 +175,7 @@ def terminal_table(judgement: Judgement) -> Table:
         "evaluations",
         "seconds",
     )
-    return Table("Results: medians over seeds", columns, tuple(rows))
+    return Table("Results: medians over seeds", columns, tuple(rows), words=2)
 
 
 def target_table(judgement: Judgement, measure: str) -> Table:
@@ -198,7 +200,10 @@ def target_table(judgement: Judgement, measure: str) -> Table:
                 )
             )
     targets = tuple(f"to {100 * share:g} %" for share in SHOWN_TARGETS)
-    note = "Expected running time of independent restarts (COCO): everything spent, over the number of successes; –: never reached."
+    note = (
+        "Expected running time of independent restarts (COCO): everything spent, over the number of successes; "
+        "–: never reached."
+    )
     columns = ("problem", "solver", *targets, f"runs within {100 * SHOWN_TARGETS[-1]:g} %")
     return Table(
         f"Fixed target: expected {measure} until so close to the best known", columns, tuple(rows), note
@@ -222,7 +227,7 @@ def budget_table(judgement: Judgement) -> Table:
             rows.append((text(problem.label), text(solver), *cells))
     columns = ("problem", "solver", *(f"after {budget}" for budget in budgets))
     note = "Median gap in % of the best known value; –: half of the runs or more have nothing feasible yet."
-    return Table("Fixed budget: gap after so many evaluations", columns, tuple(rows), note)
+    return Table("Fixed budget: gap after so many evaluations", columns, tuple(rows), note, words=2)
 
 
 def _gap_at(group: Group, problem: Problem, budget: int) -> Cell:
@@ -251,7 +256,7 @@ def pair_table(judgement: Judgement) -> Table:
         + ("problem (medians). " if judgement.block_kind == "problems" else "problem and seed. ")
         + "Ties: within 1e-6. A: chance that a run of the better beats one of the other (Vargha and Delaney)."
     )
-    return Table("Pairwise tests", columns, tuple(rows), note)
+    return Table("Pairwise tests", columns, tuple(rows), note, words=2)
 
 
 def reference_table(judgement: Judgement) -> Table:
@@ -273,7 +278,7 @@ def reference_table(judgement: Judgement) -> Table:
         "TOPP-RA, s (path)",
         "best objective here",
     )
-    note = "The bounds know velocity and acceleration limits only; TOPP-RA follows a fixed path and knows no jerk."
+    note = "The bounds know velocity and acceleration limits only; TOPP-RA follows a fixed path without jerk limit."
     return Table("References", columns, tuple(rows), note)
 
 
@@ -312,11 +317,11 @@ def _findings(row: Row) -> tuple[Cell, ...]:
 def failure_table(judgement: Judgement) -> Table | None:
     """Return why runs failed, counted; None when none did."""
     rows = [
-        (text(problem.label), text(solver), text(reason, "bad"), number(count, 3))
+        (text(problem.label), text(solver), text(reason, "bad"), count(runs))
         for problem in judgement.problems
         for solver in judgement.solvers
         if (group := judgement.group(problem, solver)) is not None
-        for reason, count in group.failures.most_common(5)
+        for reason, runs in group.failures.most_common(5)
     ]
     if not rows:
         return None
@@ -334,11 +339,11 @@ def run_table(rows: Sequence[Row]) -> Table:
         (
             text(row.case_name),
             text(row.solver),
-            number(row.seed, 10),
+            count(row.seed),
             text(row.record.status.replace("_", " ")),
             text("feasible", "good") if row.record.feasible else text(describe_failure(row), "bad"),
             number(row.record.objective, 7),
-            number(row.record.evaluations, 7),
+            count(row.record.evaluations),
             number(row.record.wall_time, 3),
         )
         for row in rows[:RUNS_SHOWN]
@@ -347,4 +352,4 @@ def run_table(rows: Sequence[Row]) -> Table:
     note = (
         f"The first {RUNS_SHOWN} of {len(rows)}; all are in results.sqlite." if len(rows) > RUNS_SHOWN else ""
     )
-    return Table("Single runs", columns, tuple(shown), note)
+    return Table("Single runs", columns, tuple(shown), note, words=2)
