@@ -30,7 +30,7 @@ PENDULUM = """<?xml version="1.0"?>
   </joint>
 </robot>
 """
-"""Mass 2 kg at 0.5 m, 0.1 kg m^2 about it: 0.6 kg m^2 about the hinge; gravity torque 9.81 cos q, q from the horizon."""
+"""2 kg at 0.5 m, 0.1 kg m^2 about it; gravity torque 9.81 cos q, q from the horizon."""
 
 INERTIA = 0.1 + 2.0 * 0.5**2
 

@@ -40,9 +40,9 @@ def test_kinematic_limits_scale_with_their_power_of_time(seed: int) -> None:
     trajectory = random_spline(rng, 5, 3, 4)
     waypoints = trajectory(trajectory.waypoint_times)
     size = np.abs(trajectory(np.linspace(0, trajectory.duration, 99), 1)).max()
-    limits = Limits(**{
-        name: size * 10.0 ** rng.uniform(-1, 2) for name in ("velocity", "acceleration", "jerk")
-    })
+    limits = Limits(
+        **{name: size * 10.0 ** rng.uniform(-1, 2) for name in ("velocity", "acceleration", "jerk")}
+    )
     task = TrajectoryTask(waypoints, limits, family="quintic")
     ratios = {name: peak.ratio for name, peak in audit(task, trajectory).limits.items()}
     expected = max(ratios["velocity"], ratios["acceleration"] ** 0.5, ratios["jerk"] ** (1 / 3))
@@ -59,7 +59,9 @@ def robots() -> dict[str, Robot]:
 @pytest.mark.parametrize("name", ["plain", "rubbing"])
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("rate", [False, True])
-def test_torque_limits_are_met_to_the_last_bit(robots: dict[str, Robot], name: str, seed: int, rate: bool) -> None:
+def test_torque_limits_are_met_to_the_last_bit(
+    robots: dict[str, Robot], name: str, seed: int, rate: bool
+) -> None:
     rng = np.random.default_rng(seed)
     waypoints = rng.uniform(-1.5, 1.5, (4, 6))
     trajectory = clamped_cubic(waypoints, rng.uniform(0.1, 0.6, 3))
@@ -76,8 +78,12 @@ def test_torque_limits_are_met_to_the_last_bit(robots: dict[str, Robot], name: s
 def test_the_torque_part_is_the_hand_computed_one(tmp_path: Path) -> None:
     # no gravity: I a / s^2 + b v / s; at the start v = 0 and a = 6, so s^2 = 6 I / limit for small friction
     trajectory = clamped_cubic(np.array([[0.0], [1.0]]), np.array([1.0]))
-    task = TrajectoryTask([[0.0], [1.0]], Limits(velocity=np.inf, torque=1.2), robot=pendulum(tmp_path, gravity=0.0))
-    assert audit(task, trajectory).smallest_feasible_scale == pytest.approx((INERTIA * 6.0 / 1.2) ** 0.5, rel=1e-9)
+    task = TrajectoryTask(
+        [[0.0], [1.0]], Limits(velocity=np.inf, torque=1.2), robot=pendulum(tmp_path, gravity=0.0)
+    )
+    assert audit(task, trajectory).smallest_feasible_scale == pytest.approx(
+        (INERTIA * 6.0 / 1.2) ** 0.5, rel=1e-9
+    )
     # with gravity holding the arm level takes 9.81 N m
     heavy = TrajectoryTask([[0.0], [1.0]], Limits(velocity=np.inf, torque=9.0), robot=pendulum(tmp_path))
     assert audit(heavy, trajectory).smallest_feasible_scale is None
@@ -124,7 +130,10 @@ def test_ends_that_move_cannot_be_scaled() -> None:
 
 def test_a_missed_waypoint_cannot_be_scaled_away() -> None:
     trajectory = clamped_cubic(np.array([[0.0], [1.0]]), np.array([1.0]))
-    assert audit(TrajectoryTask([[0.0], [1.1]], Limits(velocity=9.0)), trajectory).smallest_feasible_scale is None
+    assert (
+        audit(TrajectoryTask([[0.0], [1.1]], Limits(velocity=9.0)), trajectory).smallest_feasible_scale
+        is None
+    )
 
 
 def test_a_motion_without_limits_or_travel_has_no_smallest_duration() -> None:

@@ -60,7 +60,9 @@ def test_torque_peaks_agree_with_dense_sampling(
     ur5: Robot, rubbing_ur5: Robot, seed: int, friction: bool
 ) -> None:
     robot = rubbing_ur5 if friction else ur5
-    task, trajectory = random_task(robot, seed, torque=[[-90, -100, -90, -9, -8, -7], [100, 80, 90, 8, 9, 10]])
+    task, trajectory = random_task(
+        robot, seed, torque=[[-90, -100, -90, -9, -8, -7], [100, 80, 90, 8, 9, 10]]
+    )
     times, pieces = dense_times(trajectory)
     q, v, a, _ = states(trajectory, times, pieces)
     torques = robot.torque(q, v, a)
@@ -169,7 +171,9 @@ def test_an_acceleration_jump_breaks_a_torque_rate_limit(tmp_path: Path) -> None
     trajectory = Trajectory([0.0, 0.5, 1.0], [[[0.0, 0.0, 2.0]], [[0.5, 2.0, -2.0]]], [0.0, 1.0])
     torque_only = audit(TrajectoryTask([[0.0], [1.0]], Limits(torque=100.0), robot=robot), trajectory)
     assert torque_only.feasible
-    both = audit(TrajectoryTask([[0.0], [1.0]], Limits(torque=100.0, torque_rate=1e6), robot=robot), trajectory)
+    both = audit(
+        TrajectoryTask([[0.0], [1.0]], Limits(torque=100.0, torque_rate=1e6), robot=robot), trajectory
+    )
     assert not both.feasible
     assert both.findings == (
         "torque rate: joint 1, gap 1, at 0.5 s: inf against 1000000 N m/s (N/s), "
