@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
+import sys
+from dataclasses import replace
 from pathlib import Path
 
 import casadi as ca
@@ -88,6 +91,23 @@ def test_an_unreadable_record_is_replaced(own_cache: Path) -> None:
     record.write_text("{")
     compile_function(small_function())
     assert "sha256" in json.loads(record.read_text())
+
+
+@needs_compiler
+def test_processes_that_compile_the_same_at_once_all_succeed(own_cache: Path) -> None:
+    code = (
+        "import casadi as ca; from ocp_traj.robot.compiled import compile_function; x = ca.SX.sym('x', 3);"
+        "f = compile_function(ca.Function('shared', [x], [ca.sin(x) * ca.sum1(x)]));"
+        "print(f.class_name(), float(ca.sum1(f([1, 2, 3]))))"
+    )
+    running = [
+        subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) for _ in range(4)
+    ]
+    answers = {process.communicate()[0] for process in running}
+    assert len(answers) == 1
+    assert answers.pop().startswith("External ")
+    assert len(list(own_cache.glob("*.json"))) == 1
+    assert not [path for path in own_cache.iterdir() if path.is_dir()]  # no scratch folder is left behind
 
 
 def test_an_open_cache_folder_is_refused(own_cache: Path) -> None:
@@ -184,8 +204,6 @@ def test_array_program_knows_binary_operations(operation: str) -> None:
 
 def test_a_robot_gives_the_same_torque_with_and_without_a_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
     q, v, a = np.random.default_rng(4).standard_normal((3, 100, 6))
-    from dataclasses import replace
-
     first = replace(load_robot("ur5")).torque_batch(q, v, a)
     monkeypatch.setenv("OCP_TRAJ_NO_COMPILER", "1")
     second = replace(load_robot("ur5")).torque_batch(q, v, a)

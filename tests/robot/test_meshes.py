@@ -74,5 +74,5 @@ def test_a_dh_robot_has_no_meshes() -> None:
 def test_a_missing_mesh_is_a_clear_error_only_when_asked_for(tmp_path: Path) -> None:
     (tmp_path / "one.urdf").write_text(MESH_URDF)
     robot = robot_from_urdf(tmp_path / "one.urdf")
-    with pytest.raises(RobotError, match="meshes of .*one.urdf cannot be read"):
+    with pytest.raises(RobotError, match=r"meshes of .*one.urdf cannot be read"):
         robot.visual_meshes()

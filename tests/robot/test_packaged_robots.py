@@ -5,6 +5,8 @@ from __future__ import annotations
 import pickle
 import subprocess
 import sys
+from importlib import metadata
+from pathlib import Path
 
 import casadi as ca
 import numpy as np
@@ -13,6 +15,7 @@ import pytest
 
 from ocp_traj.exceptions import RobotError, UnknownNameError
 from ocp_traj.robot import Robot, load_robot, robot_names
+from ocp_traj.robot.packaged import data_folder
 
 STATES = 200
 NAMES = robot_names()
@@ -139,6 +142,21 @@ def test_missing_robot_data_says_where_it_looked(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setenv("OCP_TRAJ_ROBOT_DATA", "nowhere/at/all")
     with pytest.raises(RobotError, match=r"nowhere/at/all.*pip install example-robot-data"):
         load_robot("ur5")
+
+
+def test_robot_data_is_found_in_condas_share_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(name: str) -> metadata.Distribution:
+        raise metadata.PackageNotFoundError(name)
+
+    folder = tmp_path / "share" / "example-robot-data" / "robots"
+    folder.mkdir(parents=True)
+    monkeypatch.setattr(metadata, "distribution", missing)
+    monkeypatch.setattr(sys, "path", [str(tmp_path / "site-packages")])
+    monkeypatch.setenv("CONDA_PREFIX", str(tmp_path))
+    assert data_folder() == folder
+    folder.rmdir()
+    with pytest.raises(RobotError, match=r"the robot data is in none of .*conda-forge"):
+        data_folder()
 
 
 def test_listing_robots_loads_neither_pinocchio_nor_casadi() -> None:
