@@ -108,8 +108,7 @@ def objective_value(task: TrajectoryTask, trajectory: Trajectory) -> float:
     total = 0.0
     for name, weight in task.objective.weights.items():
         value = terms[name]()
-        if value is None:
-            raise InputError(f"objective.{name} needs a robot with inertia, but this task has none")
+        assert value is not None, f"a task with a weight on {name} has a robot with inertia"
         total += weight * value
     for objective in task.objective.custom:
         total += objective.weight * custom_cost(task, trajectory, objective)

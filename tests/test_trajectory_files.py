@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ocp_traj import trajectory_files
 from ocp_traj.exceptions import InputError
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.trajectory_files import from_json, read_csv, read_json, to_json, write_csv, write_json
@@ -157,6 +158,13 @@ def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
     (tmp_path / "deep.json").write_text("[" * 100_000)
     with pytest.raises(InputError, match=r"deep\.json: is no JSON"):
         read_json(tmp_path / "deep.json")
+
+
+def test_a_file_that_is_too_large_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(trajectory_files, "_MAX_BYTES", 10)
+    write_csv(tmp_path / "a.csv", some_trajectory())
+    with pytest.raises(InputError, match=r"a\.csv: is larger than 10 bytes"):
+        read_csv(tmp_path / "a.csv")
 
 
 def test_files_that_cannot_be_written_are_named(tmp_path: Path) -> None:

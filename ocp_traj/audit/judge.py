@@ -65,6 +65,7 @@ def audit(task: TrajectoryTask, trajectory: Trajectory) -> Verdict:
         duration=trajectory.duration,
         worst=max(limits.values(), key=_by_ratio, default=None),
         limits=limits,
+        peaks=tuple(peaks),
         waypoint_error=waypoint_error,
         boundary_error=boundary_error,
         smallest_feasible_scale=None if findings else smallest_scale(task, motion, peaks, torques, feasible),

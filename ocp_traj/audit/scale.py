@@ -11,12 +11,13 @@ from ocp_traj.audit.conditions import scale_bounds
 from ocp_traj.audit.curves import constraint_peaks
 from ocp_traj.audit.motion import Motion
 from ocp_traj.audit.polynomials import evaluate, roots_in_unit_interval
-from ocp_traj.audit.torque import TorqueCurve
+from ocp_traj.audit.torque import TorqueCurve, torque_curve
 from ocp_traj.audit.verdict import Extremum
 from ocp_traj.task import TrajectoryTask
 
 _POWER = {"velocity": 1, "cartesian_speed": 1, "acceleration": 2, "jerk": 3}
 _MAX_EXCHANGES = 30
+_FAR = 10.0
 _TOLERANCE = 1e-10
 _NODE_BASIS = np.cos(
     np.pi / chebyshev.DEGREE * np.outer(np.arange(chebyshev.DEGREE + 1), np.arange(chebyshev.DEGREE + 1))
@@ -57,12 +58,20 @@ def smallest_scale(
         return None
     least, most = scale_bounds(task, motion)
     needed = [peak.ratio ** (1.0 / _POWER[peak.limit]) for peak in peaks if peak.limit in _POWER]
-    scale: float | None = max([least, *needed])
-    if scale is not None and torques is not None:
-        scale = _with_torques(task, torques, scale, most)
+    least = max([least, *needed])
+    scale: float | None = least
+    if torques is not None:
+        scale = _with_torques(task, torques, least, most)
+        if scale is not None and scale > 0.0 and not 1.0 / _FAR <= scale <= _FAR:
+            scale = _refined(task, motion, scale, (least, most))
     if scale is None or scale > most:
         return None
-    return _with_constraints(task, motion, scale, most) if task.constraints else scale
+    if not task.constraints:
+        return scale
+    slower = _with_constraints(task, motion, scale, most)
+    if slower is None or torques is None or slower == scale:
+        return slower
+    return slower if _with_torques(task, torques, slower, slower * (1.0 + _TOLERANCE)) is not None else None
 
 
 def _with_constraints(task: TrajectoryTask, motion: Motion, smallest: float, largest: float) -> float | None:
@@ -85,6 +94,17 @@ def _with_constraints(task: TrajectoryTask, motion: Motion, smallest: float, lar
     return None
 
 
+def _refined(task: TrajectoryTask, motion: Motion, scale: float, bounds: tuple[float, float]) -> float | None:
+    """Return the smallest slowing, sought again from a motion slowed by about that much.
+
+    Far from it rounding hides the smaller of gravity and inertial torques.
+    """
+    slowed = Motion.of(motion.trajectory.scaled(scale))
+    smallest, largest = bounds[0] / scale, bounds[1] / scale
+    again = _with_torques(task, torque_curve(task, slowed), smallest, largest)
+    return None if again is None else scale * again
+
+
 def _with_torques(
     task: TrajectoryTask, torques: TorqueCurve, smallest: float, largest: float
 ) -> float | None:
@@ -97,20 +117,19 @@ def _with_torques(
         fastest = min(_always_violated_beyond(block) for block in polynomials)
         if np.isinf(fastest):
             return smallest
-    x: float | None = fastest
+    scale = smallest
     for _ in range(_MAX_EXCHANGES):
         x = _largest_allowed(polynomials, fastest, slowest)
         if x is None:
             return None
+        scale = 1.0 / x
         worst = [curve.violated(x) for curve in curves]
         if not any(row.size for row, _ in worst):
-            return 1.0 / x
+            break
         polynomials += [
-            curve.violations(row, theta)
-            for curve, (row, theta) in zip(curves, worst, strict=True)
-            if row.size
+            curve.violations(*points) for curve, points in zip(curves, worst, strict=True) if points[0].size
         ]
-    return None if x is None else 1.0 / x
+    return scale
 
 
 class _Curve:

@@ -117,6 +117,8 @@ class Verdict:
         The largest ratio found; None when nothing is limited.
     limits : dict
         The largest ratio of every limit, by name (see `Extremum.key`).
+    peaks : tuple of Extremum
+        The largest ratio of every limit and joint, and every jump.
     waypoint_error : float
         Largest distance of a joint from a waypoint's box, rad or m.
     boundary_error : float
@@ -137,6 +139,7 @@ class Verdict:
     duration: float
     worst: Extremum | None
     limits: dict[str, Extremum] = field(default_factory=dict)
+    peaks: tuple[Extremum, ...] = ()
     waypoint_error: float = 0.0
     boundary_error: float = 0.0
     smallest_feasible_scale: float | None = None

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from audit_motions import INERTIA, clamped_cubic, pendulum
 
-from ocp_traj.audit import audit
+from ocp_traj.audit import audit, chebyshev
 from ocp_traj.exceptions import InputError
 from ocp_traj.robot import Robot, load_robot
 from ocp_traj.task import CustomConstraint, Limits, TrajectoryTask
@@ -112,6 +112,23 @@ def test_a_constraint_that_is_no_number_is_broken() -> None:
     assert not verdict.feasible
     assert verdict.limits["constraint:root"].ratio == np.inf
     assert verdict.smallest_feasible_scale is None
+
+
+def test_curves_that_cannot_be_resolved_are_not_called_feasible(
+    ur5: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(chebyshev, "_MAX_SEGMENTS", 0)
+    q, v, a, tau = symbols(6)
+    wave = CustomConstraint("wave", ca.Function("f", [q, v, a, tau], [ca.sin(9 * q[0])]), upper=2.0)
+    waypoints = np.stack([np.zeros(6), np.full(6, 30.0)])
+    limits = Limits(position=np.inf, torque=np.inf, cartesian_speed=(("tool0", 10.0),))
+    task = TrajectoryTask(waypoints, limits, robot=ur5, constraints=(wave,))
+    verdict = audit(task, clamped_cubic(waypoints, np.array([100.0])))
+    assert not verdict.feasible
+    assert verdict.findings == (
+        "cartesian speed tool0: could not be resolved between samples",
+        "constraint wave: could not be resolved between samples",
+    )
 
 
 def test_a_function_of_something_else_is_an_error() -> None:

@@ -75,6 +75,31 @@ def test_torque_limits_are_met_to_the_last_bit(
     check_smallest(task, trajectory)
 
 
+@pytest.mark.parametrize("seconds", [1e-5, 1e-2, 1e2, 1e5])
+def test_the_scale_does_not_depend_on_where_it_starts(robots: dict[str, Robot], seconds: float) -> None:
+    rng = np.random.default_rng(8)
+    waypoints = rng.uniform(-1.5, 1.5, (4, 6))
+    trajectory = clamped_cubic(waypoints, rng.uniform(0.3, 0.6, 3))
+    task = TrajectoryTask(waypoints, Limits(position=np.inf, velocity=np.inf), robot=robots["rubbing"])
+    near = check_smallest(task, trajectory)
+    far = audit(task, trajectory.scaled(seconds)).smallest_feasible_scale
+    assert far is not None
+    assert far * seconds == pytest.approx(near, rel=1e-8)
+
+
+def test_torque_and_a_users_constraint_are_kept_together(robots: dict[str, Robot]) -> None:
+    rng = np.random.default_rng(9)
+    waypoints = rng.uniform(-1.5, 1.5, (3, 6))
+    trajectory = clamped_cubic(waypoints, np.array([0.3, 0.4]))
+    symbols = [ca.SX.sym(name, 6) for name in ("q", "v", "a", "tau")]
+    power = CustomConstraint("power", ca.Function("p", symbols, [ca.dot(symbols[1], symbols[3])]), upper=10.0)
+    limits = Limits(position=np.inf)
+    task = TrajectoryTask(waypoints, limits, robot=robots["plain"], constraints=(power,))
+    free = audit(task.changed(constraints=()), trajectory).smallest_feasible_scale
+    assert free is not None
+    assert check_smallest(task, trajectory) > free
+
+
 def test_the_torque_part_is_the_hand_computed_one(tmp_path: Path) -> None:
     # no gravity: I a / s^2 + b v / s; at the start v = 0 and a = 6, so s^2 = 6 I / limit for small friction
     trajectory = clamped_cubic(np.array([[0.0], [1.0]]), np.array([1.0]))

@@ -9,9 +9,10 @@ import pinocchio as pin
 import pytest
 from audit_motions import INERTIA, clamped_cubic, pendulum
 
-from ocp_traj.audit import audit
+from ocp_traj.audit import audit, chebyshev
 from ocp_traj.audit.motion import Motion
 from ocp_traj.audit.torque import relative_bound, torque_curve
+from ocp_traj.exceptions import InputError
 from ocp_traj.robot import Robot, load_robot
 from ocp_traj.robot.additions import Friction
 from ocp_traj.task import Limits, TrajectoryTask
@@ -189,3 +190,33 @@ def test_torque_limits_may_differ_by_gap(tmp_path: Path) -> None:
     verdict = audit(TrajectoryTask(waypoints, Limits(torque=limits), robot=robot), trajectory)
     assert verdict.limits["torque"].gap == 1
     assert verdict.limits["torque"].ratio == pytest.approx(INERTIA * 3.0)
+
+
+def test_what_cannot_be_resolved_is_not_called_feasible(ur5: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    # one long piece: several turns of every joint, far too much for one interpolant
+    waypoints = np.stack([np.zeros(6), np.full(6, 30.0)])
+    trajectory = clamped_cubic(waypoints, np.array([100.0]))
+    task = TrajectoryTask(waypoints, Limits(position=np.inf), robot=ur5)
+    assert audit(task, trajectory).feasible
+    monkeypatch.setattr(chebyshev, "_MAX_SEGMENTS", 0)
+    verdict = audit(task, trajectory)
+    assert not verdict.feasible
+    assert verdict.torque_bound > 1e-7
+    assert verdict.findings[0].startswith("torque: could only be bounded to ")
+    assert verdict.smallest_feasible_scale is None
+
+
+def test_torques_need_inertia() -> None:
+    trajectory = clamped_cubic(np.array([[0.0], [1.0]]), np.array([1.0]))
+    with pytest.raises(InputError, match="torques need a robot with inertia"):
+        torque_curve(TrajectoryTask([[0.0], [1.0]]), Motion.of(trajectory))
+
+
+def test_many_short_pieces_have_the_torques_of_the_whole(ur5: Robot) -> None:
+    task, trajectory = random_task(ur5, 3)
+    cuts = np.unique(np.concatenate([np.linspace(0, trajectory.duration, 301), trajectory.breakpoints]))
+    orders = [trajectory(cuts[:-1], order) / [1, 1, 2, 6][order] for order in range(4)]
+    cut = Trajectory(cuts, np.stack(orders, axis=2), trajectory.waypoint_times)
+    whole, parts = audit(task, trajectory).limits["torque"], audit(task, cut).limits["torque"]
+    assert parts.ratio == pytest.approx(whole.ratio, rel=1e-9)
+    assert parts.joint == whole.joint
