@@ -11,8 +11,7 @@ from ocp_traj.exceptions import InputError
 FORMATS = (".pdf", ".png", ".svg")
 
 _COLOURS = (
-    "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00",
-    "#56b4e9", "#7a5195", "#8c6d31", "#444444", "#b3003b",
+    "#0072b2", "#d55e00", "#009e73", "#c0569a", "#c98a00", "#7a5195", "#8c6d31", "#3b9fd8", "#444c54", "#b3003b",
 )  # fmt: skip
 
 _STYLE: Any = {

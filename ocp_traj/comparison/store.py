@@ -54,6 +54,7 @@ MIGRATIONS = (_VERSION_1, _VERSION_2)
 """Step k brings a file from schema version k to k + 1; a new version is a new step, old ones never change."""
 
 _KEY = ("case_digest", "solver", "settings_digest", "seed")
+_KEEP_FIRST = f"ON CONFLICT ({', '.join(_KEY)}) DO NOTHING"
 _HISTORY = ("evaluations", "cost", "violation", "seconds")
 
 
@@ -181,7 +182,7 @@ class Store:
         choice = json.dumps({"case": spec.case, "overrides": spec.overrides})
         with self._transaction():
             self._connection.execute(
-                "INSERT OR IGNORE INTO cases (digest, name, choice) VALUES (?, ?, ?)",
+                "INSERT INTO cases (digest, name, choice) VALUES (?, ?, ?) ON CONFLICT (digest) DO NOTHING",
                 (spec.case_digest, spec.case_name, choice),
             )
 
@@ -214,10 +215,10 @@ class Store:
         history = [json.dumps(record.history.get(part, [])) for part in _HISTORY]
         with self._transaction():
             self._connection.execute(
-                f"INSERT OR IGNORE INTO runs ({', '.join(values)}) VALUES ({holes})", tuple(values.values())
+                f"INSERT INTO runs ({', '.join(values)}) VALUES ({holes}) {_KEEP_FIRST}", tuple(values.values())
             )
             self._connection.execute(
-                "INSERT OR IGNORE INTO histories VALUES (?, ?, ?, ?, ?, ?, ?, ?)", (*spec.key, *history)
+                f"INSERT INTO histories VALUES (?, ?, ?, ?, ?, ?, ?, ?) {_KEEP_FIRST}", (*spec.key, *history)
             )
 
     def _write_trajectory(self, spec: RunSpec, trajectory: dict[str, Any]) -> str:

@@ -195,6 +195,8 @@ LIMITATIONS = (
     "Solvers run with the settings named, untuned for these problems; other settings can change the order.",
     "An evaluation of a gradient solver includes derivatives and is not the same work as one of a population "
     "method: compare seconds as well.",
+    "Only the last answer of a run is audited; earlier points of its course are feasible by the solver's own "
+    "rows, and count only when the last answer is accepted, at no better cost than that.",
     "Seconds depend on the machine and on what else it did; runs share its cores.",
     "The best known value is the best of this comparison (references apart): if all solvers miss the "
     "optimum, gaps are too small.",

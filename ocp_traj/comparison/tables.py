@@ -205,9 +205,8 @@ def target_table(judgement: Judgement, measure: str) -> Table:
         "–: never reached."
     )
     columns = ("problem", "solver", *targets, f"runs within {100 * SHOWN_TARGETS[-1]:g} %")
-    return Table(
-        f"Fixed target: expected {measure} until so close to the best known", columns, tuple(rows), note
-    )
+    caption = f"Fixed target: expected {measure} until so close to the best known"
+    return Table(caption, columns, tuple(rows), note, words=2)
 
 
 def budget_table(judgement: Judgement) -> Table:
@@ -295,9 +294,8 @@ def audit_table(judgement: Judgement) -> Table:
             verdict = text("feasible", "good") if best is not None else text("infeasible", "bad")
             rows.append((text(problem.label), text(solver), verdict, *_findings(row)))
     columns = ("problem", "solver", "verdict", "tightest limit", "ratio", "waypoint error", "said")
-    return Table(
-        "Audit of the best run of each solver", columns, tuple(rows), "The first run where none is feasible."
-    )
+    note = "The first run where none is feasible."
+    return Table("Audit of the best run of each solver", columns, tuple(rows), note, words=4, wide=(6,))
 
 
 def _findings(row: Row) -> tuple[Cell, ...]:
@@ -330,6 +328,7 @@ def failure_table(judgement: Judgement) -> Table | None:
         ("problem", "solver", "reason", "runs"),
         tuple(rows),
         "At most the five commonest of a solver.",
+        words=3,
     )
 
 

@@ -20,6 +20,7 @@ from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
 if TYPE_CHECKING:
+    from ocp_traj.robot.meshes import VisualMesh
     from ocp_traj.robot.robot import Robot
 
 _LOGGER = logging.getLogger(__name__)
@@ -33,9 +34,9 @@ _SIDES = 14
 
 @dataclass(frozen=True)
 class Part:
-    """A mesh that moves with a joint; -1 stands still with the base."""
+    """A mesh that moves with a link: 0 is the root, i what joint i moves (`Robot.link_placements`)."""
 
-    joint: int
+    link: int
     mesh: Mesh
 
 
@@ -48,71 +49,41 @@ class Scene:
     trajectory: Trajectory
 
 
-def joint_poses(robot: Robot, q: Array) -> Array:
-    """Return the placements (N, n, 4, 4) of all joint frames in the base frame for positions (N, n)."""
-    links = robot.links
-    poses = np.empty((len(q), len(links), 4, 4))
-    start = np.linalg.inv(robot.base_placement)
-    for number, link in enumerate(links):
-        fixed = np.eye(4)
-        fixed[:3, :3], fixed[:3, 3] = link.rotation, link.translation
-        moved = np.broadcast_to(np.eye(4), (len(q), 4, 4)).copy()
-        if link.prismatic:
-            moved[:, 2, 3] = q[:, number]
-        else:
-            cosine, sine = np.cos(q[:, number]), np.sin(q[:, number])
-            moved[:, 0, 0], moved[:, 0, 1], moved[:, 1, 0], moved[:, 1, 1] = cosine, -sine, sine, cosine
-        parent = start if link.parent < 0 else poses[:, link.parent]
-        poses[:, number] = parent @ fixed @ moved
-    return poses
-
-
 def robot_parts(robot: Robot) -> list[Part]:
     """Return the robot's own meshes, thinned out, or tubes between its joints where it has none."""
     try:
-        parts = _mesh_parts(robot)
+        parts = [_mesh_part(visual) for visual in robot.visual_meshes()]
     except OcpTrajError as error:
         _LOGGER.info("no meshes for %s: %s", robot.name, error)
         parts = []
     return parts or stick_parts(robot)
 
 
-def _mesh_parts(robot: Robot) -> list[Part]:
-    parts: list[Part] = []
-    if not hasattr(robot, "visual_meshes"):
-        return parts
-    for visual in robot.visual_meshes():
-        mesh = thin_out(read_mesh(Path(visual.path)), TRIANGLES)
-        vertices = mesh.vertices * np.asarray(visual.scale)
-        placed = vertices @ visual.placement[:3, :3].T + visual.placement[:3, 3]
-        joint = visual.joint
-        if joint >= 0:
-            placed = placed @ robot.links[joint].alignment  # into link axes, whose z is the joint axis
-        else:
-            base = np.linalg.inv(robot.base_placement)
-            placed = placed @ base[:3, :3].T + base[:3, 3]
-        parts.append(Part(joint, Mesh(placed, mesh.triangles)))
-    return parts
+def _mesh_part(visual: VisualMesh) -> Part:
+    mesh = thin_out(read_mesh(visual.path), TRIANGLES)
+    vertices = mesh.vertices * visual.scale @ visual.placement[:3, :3].T + visual.placement[:3, 3]
+    return Part(visual.link, Mesh(vertices, mesh.triangles))
 
 
 def stick_parts(robot: Robot) -> list[Part]:
     """Return tubes from joint to joint and a drum on every joint axis; sizes follow the robot's reach."""
-    links = robot.links
-    joint, tool = robot.frame_placement()
-    ends: list[tuple[int, Array]] = [(link.parent, link.translation) for link in links]
-    if joint > 0:
-        ends.append((joint - 1, links[joint - 1].alignment.T @ tool[:3, 3]))
+    placements = robot.link_placements(np.zeros(robot.n))
+    parents = [link.parent + 1 for link in robot.links]
+    carrier, tool = robot.frame_placement()
+    ends = [
+        (parent, (np.linalg.inv(placements[parent]) @ placements[number + 1])[:3, 3])
+        for number, parent in enumerate(parents)
+    ]
+    ends.append((carrier, tool[:3, 3]))
     reach = sum(float(np.linalg.norm(end)) for _, end in ends) or 1.0
-    parts = []
-    base = np.linalg.inv(robot.base_placement)
-    for parent, end in ends:
-        begin: Array = np.zeros(3)
-        if parent < 0:
-            begin, end = np.asarray(base[:3, 3]), np.asarray(base[:3, :3] @ end + base[:3, 3])
-        if np.linalg.norm(end - begin) > 1e-4 * reach:
-            parts.append(Part(parent, tube(begin, end, 0.018 * reach)))
-    drum = np.array([0.0, 0.0, 0.03 * reach])
-    parts += [Part(number, tube(-drum, drum, 0.026 * reach)) for number in range(len(links))]
+    parts = [
+        Part(parent, tube(np.zeros(3), end, 0.018 * reach))
+        for parent, end in ends
+        if np.linalg.norm(end) > 1e-4 * reach
+    ]
+    for number, link in enumerate(robot.links):
+        half = 0.03 * reach * link.alignment[:, 2]  # the joint's axis
+        parts.append(Part(number + 1, tube(-half, half, 0.026 * reach)))
     return parts
 
 
@@ -149,13 +120,13 @@ def scene_data(scenes: Sequence[Scene]) -> dict[str, Any]:
         if key not in robots:
             robots[key] = {"parts": [_packed_part(part) for part in robot_parts(robot)]}
         t = np.linspace(scene.trajectory.breakpoints[0], scene.trajectory.breakpoints[-1], FRAMES)
-        poses = joint_poses(robot, scene.trajectory(t))
+        poses = np.array([robot.link_placements(q) for q in scene.trajectory(t)])
         motions.append(
             {
                 "name": scene.name,
                 "robot": list(robots).index(key),
                 "duration": scene.trajectory.duration,
-                "joints": robot.n,
+                "links": poses.shape[1],
                 "frames": FRAMES,
                 "poses": _encode(poses[:, :, :3, :].astype("<f4")),
                 "path": _encode(tool_path(scene.task, scene.trajectory, t).astype("<f4")),
@@ -176,7 +147,7 @@ def _packed_part(part: Part) -> dict[str, Any]:
     offset = vertices.min(axis=0)
     scale = float(max((vertices - offset).max(), 1e-9)) / 65535.0
     return {
-        "joint": part.joint,
+        "link": part.link,
         "offset": offset.tolist(),
         "scale": scale,
         "vertices": _encode(np.round((vertices - offset) / scale).astype("<u2")),

@@ -24,14 +24,25 @@ def identify(choice: CaseChoice) -> tuple[str, str]:
 def run(request: Mapping[str, Any]) -> dict[str, Any]:
     """Behave as the solver's name says."""
     name, _, parameter = request["solver"].partition(":")
-    behaviour = {"loop": _loop, "segfault": _segfault, "hungry": _hungry, "raise": _raise, "exit": _exit}.get(name)
+    behaviour = {"loop": _loop, "segfault": _segfault, "hungry": _hungry, "raise": _raise, "exit": _exit}.get(
+        name
+    )
     if behaviour is not None:
         behaviour()
     answer = _answer(request)
     if name == "nan":
-        return answer | {"status": "failed", "objective": None, "claimed": False, "feasible": False, "trajectory": None}
+        return answer | {
+            "status": "failed",
+            "objective": None,
+            "claimed": False,
+            "feasible": False,
+            "trajectory": None,
+        }
     if name == "liar":
-        return answer | {"feasible": False, "worst": {"limit": "velocity", "joint": 2, "time": 0.5, "ratio": 1.4}}
+        return answer | {
+            "feasible": False,
+            "worst": {"limit": "velocity", "joint": 2, "time": 0.5, "ratio": 1.4},
+        }
     if name == "sleep":
         time.sleep(float(parameter))
     if name == "work":
@@ -61,7 +72,12 @@ def _answer(request: Mapping[str, Any]) -> dict[str, Any]:
             "violation": [0.0] * 20,
             "seconds": np.linspace(0.001, 0.02, 20).tolist(),
         },
-        "trajectory": {"schema": 1, "case": request["case_name"], "family": "cubic", "waypoint_times": [0.0, 1.0]},
+        "trajectory": {
+            "schema": 1,
+            "case": request["case_name"],
+            "family": "cubic",
+            "waypoint_times": [0.0, 1.0],
+        },
     }
 
 

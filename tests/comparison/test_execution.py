@@ -80,7 +80,9 @@ def test_not_a_number_is_a_failed_row_without_objective(misbehaved: dict[str, Ro
     assert (record.status, record.objective, record.feasible) == ("failed", None, False)
 
 
-def test_a_lie_about_success_is_an_infeasible_row_with_a_wrong_return_code(misbehaved: dict[str, Row]) -> None:
+def test_a_lie_about_success_is_an_infeasible_row_with_a_wrong_return_code(
+    misbehaved: dict[str, Row],
+) -> None:
     record = misbehaved["liar"].record
     assert record.claimed and not record.feasible and not record.return_code_correct
     assert record.worst is not None and record.worst["ratio"] == 1.4
@@ -127,7 +129,13 @@ def final_table(folder: Path) -> list[tuple[Any, ...]]:
     """Every stored run without times and memory, and its trajectory."""
     with Store(folder) as store:
         return [
-            (*row.key, row.record.status, row.record.objective, row.record.history["cost"], store.trajectory(row))
+            (
+                *row.key,
+                row.record.status,
+                row.record.objective,
+                row.record.history["cost"],
+                store.trajectory(row),
+            )
             for row in store.rows()
         ]
 
@@ -146,8 +154,12 @@ def test_dask_workers_give_the_same_table(tmp_path: Path) -> None:
         n_workers=2, threads_per_worker=1, dashboard_address=None, worker_dashboard_address=None
     ) as cluster:
         compare(
-            plan(("good", "segfault"), seeds=3), tmp_path / "b", dask=cluster.scheduler_address, identify=fakes.identify
+            plan(("good", "segfault"), seeds=3),
+            tmp_path / "b",
+            dask=cluster.scheduler_address,
+            identify=fakes.identify,
         )
+
     def without_history(folder: Path) -> list[tuple[Any, ...]]:
         with Store(folder) as store:
             return [(*row.key, row.record.status, row.record.objective) for row in store.rows()]
@@ -176,7 +188,9 @@ compare(plan, Path(sys.argv[1]), jobs=2, identify=fakes.identify)
 
 def start(folder: Path) -> subprocess.Popen[bytes]:
     path = os.pathsep.join(entry for entry in sys.path if entry)
-    return subprocess.Popen([sys.executable, "-c", _SCRIPT, str(folder)], env={**os.environ, "PYTHONPATH": path})
+    return subprocess.Popen(
+        [sys.executable, "-c", _SCRIPT, str(folder)], env={**os.environ, "PYTHONPATH": path}
+    )
 
 
 @pytest.mark.parametrize(("how", "times"), [(signal.SIGKILL, 10), (signal.SIGINT, 3)])

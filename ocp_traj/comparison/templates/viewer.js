@@ -29,7 +29,7 @@
       const l = Math.hypot(...c) || 1;
       for (let k = 0; k < 9; k++) n[i + k] = c[k % 3] / l;
     }
-    return { joint: part.joint, count: f.length, p: buffer(p), n: buffer(n) };
+    return { link: part.link, count: f.length, p: buffer(p), n: buffer(n) };
   }
   const robots = data.robots.map((robot) => robot.parts.map(solid));
   const motions = data.motions.map((motion) => {
@@ -66,10 +66,9 @@
     return multiply(new Float32Array([f / aspect, 0, 0, 0, 0, f, 0, 0, 0, 0, (far + near) / (near - far), -1, 0, 0, (2 * far * near) / (near - far), 0]), look);
   }
   const identity = new Float32Array([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
-  function placed(motion, joint) {
-    if (joint < 0) return identity;
+  function placed(motion, link) {
     const share = Math.min(now / motion.duration, 1) * (motion.frames - 1), low = Math.min(Math.floor(share), motion.frames - 2), part = share - low;
-    const a = 12 * (low * motion.joints + joint), b = a + 12 * motion.joints, o = new Float32Array(16);
+    const a = 12 * (low * motion.links + link), b = a + 12 * motion.links, o = new Float32Array(16);
     for (let r = 0; r < 3; r++) for (let c = 0; c < 4; c++) o[4 * c + r] = motion.poses[a + 4 * r + c] * (1 - part) + motion.poses[b + 4 * r + c] * part;
     o[15] = 1;
     return o;
@@ -90,9 +89,9 @@
     lines(motion.path, motion.pathCount, colour("--c1"), gl.LINE_STRIP);
     lines(motion.cross, motion.crossCount, colour("--c9"), gl.LINES);
     gl.uniform1f(spot.flat, 0); gl.enableVertexAttribArray(spot.n);
-    const tones = [colour("--c8"), colour("--c5")].map((rgb, i) => rgb.map((value) => (i ? value : 0.35 + 0.5 * value)));
+    const tones = [colour("--c8"), colour("--c7")].map((rgb, i) => rgb.map((value) => (i ? value : 0.35 + 0.5 * value)));
     for (const part of robots[motion.robot]) {
-      gl.uniformMatrix4fv(spot.m, false, placed(motion, part.joint)); gl.uniform4f(spot.c, ...tones[(part.joint + 1) % 2], 1);
+      gl.uniformMatrix4fv(spot.m, false, placed(motion, part.link)); gl.uniform4f(spot.c, ...tones[part.link % 2], 1);
       gl.bindBuffer(gl.ARRAY_BUFFER, part.p); gl.vertexAttribPointer(spot.p, 3, gl.FLOAT, false, 0, 0);
       gl.bindBuffer(gl.ARRAY_BUFFER, part.n); gl.vertexAttribPointer(spot.n, 3, gl.FLOAT, false, 0, 0);
       gl.drawArrays(gl.TRIANGLES, 0, part.count);
