@@ -1,0 +1,19 @@
+"""
+Export to ROS 2
+===============
+
+A controller gets samples, and interpolates between them. The exporter takes the rate, makes times increase
+strictly and slows the samples, if need be, so that limits hold after sampling too.
+"""
+
+import ocp_traj as ot
+from ocp_traj.comparison.export import sample_for_controller, to_ros2
+
+task = ot.load_case("ur5-torque-limited")
+result = ot.solve(task)
+samples = sample_for_controller(result.trajectory, rate=125.0, task=task)
+text = to_ros2(samples, task.robot.joint_names)
+print(text[:700])
+print(f"... {len(text.splitlines())} lines; send them with: ros2 action send_goal")
+
+assert task.robot.joint_names[0] in text and "time_from_start" in text
