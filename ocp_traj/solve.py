@@ -190,7 +190,8 @@ def solve(
     name = solver if isinstance(solver, str) else type(solver).__name__
     chosen = parse_solver(solver) if isinstance(solver, str) else solver
     outcome = chosen.run(task, Request(seed, budget, time_limit, progress, warm_start))
-    return judge(task, name, seed, outcome)
+    result = judge(task, name, seed, outcome)
+    return result if warm_start is None else _no_worse(result, warm_start)
 
 
 def judge(task: TrajectoryTask, name: str, seed: int, outcome: Outcome) -> SolveResult:
@@ -215,6 +216,23 @@ def judge(task: TrajectoryTask, name: str, seed: int, outcome: Outcome) -> Solve
     elapsed = time.perf_counter() - begin
     solution = replace(outcome.solution, solve_time=outcome.solution.solve_time + elapsed)
     return SolveResult(task, name, seed, trajectory, verdict, solution, outcome.counts, scaled_by, diagnosis)
+
+
+def _no_worse(result: SolveResult, start: Trajectory) -> SolveResult:
+    """Return the motion the solver was started from where it is feasible and the solver found nothing better."""
+    task = result.task
+    segments = task.gaps * (task.virtual_knots + 1)
+    if start.family != task.family or len(start.breakpoints) != segments + 1:
+        return result
+    verdict = audit(task, start)
+    value = objective_value(task, start)
+    if not verdict.feasible or (result.feasible and result.objective is not None and result.objective <= value):
+        return result
+    message = f"{result.solution.message} Nothing better than the motion started from was found; that one is returned."
+    solution = replace(result.solution, message=message)
+    return SolveResult(
+        task, result.solver, result.seed, start, verdict, solution, result.counts, 1.0, result.diagnosis
+    )
 
 
 def versions() -> dict[str, str]:
