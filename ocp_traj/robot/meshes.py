@@ -6,6 +6,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -38,51 +39,68 @@ class VisualMesh:
     scale: Array
 
 
-def package_folders(description: Path) -> list[str]:
-    """Return folders in which ``package://`` addresses of a URDF may be found: its ancestors and ROS's paths."""
-    ancestors = [str(folder) for folder in description.resolve().parents]
-    named = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
-    return ancestors + [folder for folder in named if folder]
-
-
 def visual_meshes(robot: Robot) -> list[VisualMesh]:
     """Return the meshes of a robot; shapes that are no mesh (boxes, spheres) are left out.
+
+    The URDF is read here and not through Pinocchio's geometry model, which would load every mesh.
 
     Raises
     ------
     RobotError
-        The URDF or one of its meshes is not where it should be.
+        One of the meshes is not where it should be.
     """
     if robot.description is None:
         return []
+    from ocp_traj.robot.model import frame_index
+
+    meshes = []
+    for link in ElementTree.parse(robot.description).getroot().iter("link"):
+        shapes = [shape for shape in link.iter("visual") if shape.find("geometry/mesh") is not None]
+        if not shapes:
+            continue
+        frame = robot.bare_model.frames[frame_index(robot.bare_model, link.attrib["name"])]
+        for shape in shapes:
+            mesh = shape.find("geometry/mesh")
+            assert mesh is not None  # only such shapes were kept
+            placement = frame.placement.homogeneous @ _origin(shape.find("origin"))
+            meshes.append(
+                VisualMesh(
+                    path=_mesh_path(mesh.attrib["filename"], robot.description),
+                    link=int(frame.parentJoint),
+                    placement=read_only(placement),
+                    scale=read_only(_numbers(mesh.get("scale", "1 1 1"))),
+                )
+            )
+    return meshes
+
+
+def _numbers(text: str) -> list[float]:
+    return [float(word) for word in text.split()]
+
+
+def _origin(element: ElementTree.Element | None) -> Array:
+    """Return the transform (4, 4) of a URDF ``origin``, the identity without one."""
     import pinocchio as pin
 
-    from ocp_traj.robot.model import plain_model
-    from ocp_traj.robot.urdf import read_urdf
+    if element is None:
+        return np.eye(4)
+    rotation = pin.rpy.rpyToMatrix(np.array(_numbers(element.get("rpy", "0 0 0"))))
+    origin: Array = pin.SE3(rotation, np.array(_numbers(element.get("xyz", "0 0 0")))).homogeneous
+    return origin
 
-    original = read_urdf(robot.description)
-    kept = set(robot.joint_names)
-    locked = [index for index in range(1, original.njoints) if original.names[index] not in kept]
-    carriers = plain_model(original, locked).carriers
-    folders = package_folders(robot.description)
-    try:
-        shapes = pin.buildGeomFromUrdf(
-            original, str(robot.description), pin.GeometryType.VISUAL, package_dirs=folders
-        )
-    except (ValueError, RuntimeError) as error:
-        raise RobotError(f"meshes of {robot.description} cannot be read: {error}") from error
-    meshes = []
-    for shape in shapes.geometryObjects:
-        path = Path(shape.meshPath)
-        if path.suffix.lower() not in (".stl", ".dae", ".obj"):
-            continue
-        link, placement = carriers[shape.parentJoint]
-        meshes.append(
-            VisualMesh(
-                path=path,
-                link=link,
-                placement=read_only((placement * shape.placement).homogeneous),
-                scale=read_only(np.array(shape.meshScale).ravel()),
-            )
-        )
-    return meshes
+
+def _mesh_path(address: str, description: Path) -> Path:
+    """Return the file of a mesh address: ``package://``, ``file://`` or relative to the URDF.
+
+    Packages are looked for among the URDF's ancestors and on ROS's package path.
+    """
+    if address.startswith("package://"):
+        named = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
+        folders = [*description.resolve().parents, *(Path(folder) for folder in named if folder)]
+        candidates = [folder / address.removeprefix("package://") for folder in folders]
+    else:
+        candidates = [description.parent / address.removeprefix("file://")]
+    for path in candidates:
+        if path.is_file():
+            return path
+    raise RobotError(f"mesh {address} of {description} is not there")

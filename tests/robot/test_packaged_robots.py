@@ -67,7 +67,7 @@ def test_forward_kinematics_equals_pinocchio_in_every_frame(robot: Robot) -> Non
         index = next(
             i for i, f in enumerate(robot.model.frames) if f.name == name and f.type == pin.FrameType.BODY
         )
-        for position in q[:: 1 if name == robot.tool else 40]:
+        for position in q[:: 1 if name == robot.tool else 100]:
             pin.framesForwardKinematics(robot.model, data, position)
             expected = data.oMf[index].homogeneous
             assert np.max(np.abs(np.array(pose(position)) - expected)) < 1e-10
