@@ -41,8 +41,8 @@ class BiasReport:
         return min(float(self.p_values.min()) * len(self.p_values), 1.0)
 
     def is_biased(self, level: float = 0.01) -> bool:
-        """Return whether uniformity of some coordinate is rejected at the level."""
-        return self.p_value < level
+        """Return whether uniformity is rejected at the level, by a coordinate or by the diagonal."""
+        return 2.0 * min(self.p_value, self.diagonal_p_value) < level
 
 
 class RandomObjective(Problem):

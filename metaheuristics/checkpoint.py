@@ -28,10 +28,21 @@ class Checkpoint:
         The npz file. If it exists, the run goes on from it; otherwise it starts.
     every
         Generations between two writings.
+
+    Raises
+    ------
+    ValueError
+        If `every` is below 1.
     """
 
     path: Path
     every: int = 20
+
+    def __init__(self, path: Path | str, every: int = 20) -> None:
+        if every < 1:
+            raise ValueError(f"A checkpoint every {every} generations was asked for, expected at least 1.")
+        object.__setattr__(self, "path", Path(path))
+        object.__setattr__(self, "every", every)
 
 
 @dataclass(eq=False)

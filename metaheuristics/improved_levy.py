@@ -52,8 +52,8 @@ class LevySparrowSearch(SparrowSearch):
     Notes
     -----
     With ``debiased`` Levy steps multiply the distance to another sparrow instead of the position, and scouts
-    start from the mirror image of the best in the box, lb + ub - X_best, moved by a random share of the
-    distance to the best; the start is uniform, since the map's numbers crowd at the ends of [0, 1].
+    take X_r on either side of the best, X_best + (2 r - 1) (ub - lb), where Eq. (48) always takes it on the
+    upper one; the start is uniform, since the map's numbers crowd at the ends of [0, 1].
     """
 
     coupling: float = 0.9
@@ -107,7 +107,7 @@ class LevySparrowSearch(SparrowSearch):
     def move_scouts(self, state: SparrowState, rng: np.random.Generator) -> FloatArray:
         """Return where the scouts (SD, d) go, Eqs. (48) to (50) of paper B, not Eq. (41).
 
-        X_r = ub + r (lb - X_best), r ~ U(0, 1)^d; X = X_r + b1 (X_best - X_r), b1 = ((T - t) / T)^t.
+        X_r = ub + r (lb - X_best), r ~ U(0, 1)^d, debiased X_best + (2 r - 1) (ub - lb); X = X_r + b1 (X_best - X_r), b1 = ((T - t) / T)^t.
         """
         frame, best = state.frame, state.leader
         t = state.generation + 1
@@ -115,11 +115,10 @@ class LevySparrowSearch(SparrowSearch):
         r = rng.random((state.rows.shape[0], frame.dimension))
         reverse: FloatArray
         if self.debiased:
-            mirrored = frame.lower + frame.upper - best
-            reverse = mirrored + r * (best - mirrored)
+            reverse = best + (2.0 * r - 1.0) * frame.width
         else:
-            reverse = frame.upper + r * (frame.lower - best)
-        reverse += b1 * (best - reverse)
+            reverse = frame.upper + r * (frame.lower - best)  # Eq. (48)
+        reverse += b1 * (best - reverse)  # Eq. (49)
         return reverse
 
     def absorb(

@@ -83,7 +83,7 @@ def minimize(
     rule = optimizer.default_ordering if constraint_handling is None else constraint_handling
     evaluate = make_evaluator(problem, batch_size, map_batches)
     if checkpoint is not None and not isinstance(checkpoint, Checkpoint):
-        checkpoint = Checkpoint(Path(checkpoint))
+        checkpoint = Checkpoint(checkpoint)
     run = Run(problem, optimizer, evaluate, rng, limits, find_ordering(rule), x0, checkpoint)
     return run.make_solution(run.search(callback))
 

@@ -65,7 +65,7 @@ class History:
         return int(self.cost.shape[0])
 
     def generations_to_within(self, fraction: float = 1e-3) -> int:
-        """Return the first entry (from 1) whose best is feasible and close to the final best.
+        """Return after how many generations the best is feasible, if ever, and close to the final best.
 
         Parameters
         ----------
@@ -75,13 +75,13 @@ class History:
         Returns
         -------
         int
-            Number of generations to convergence; 0 for an empty history.
+            Number of the generation, 0 for the initial population; 0 for an empty history.
         """
         if not len(self):
             return 0
         final = self.cost[-1]
         close = (self.cost <= final + fraction * abs(final)) & (self.violation <= self.violation[-1])
-        return int(np.argmax(close)) + 1
+        return int(np.argmax(close))
 
 
 @dataclass(frozen=True, eq=False)
