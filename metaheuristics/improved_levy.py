@@ -107,7 +107,8 @@ class LevySparrowSearch(SparrowSearch):
     def move_scouts(self, state: SparrowState, rng: np.random.Generator) -> FloatArray:
         """Return where the scouts (SD, d) go, Eqs. (48) to (50) of paper B, not Eq. (41).
 
-        X_r = ub + r (lb - X_best), r ~ U(0, 1)^d, debiased X_best + (2 r - 1) (ub - lb); X = X_r + b1 (X_best - X_r), b1 = ((T - t) / T)^t.
+        X_r = ub + r (lb - X_best), r ~ U(0, 1)^d, debiased X_best + (2 r - 1) (ub - lb);
+        X = X_r + b1 (X_best - X_r), b1 = ((T - t) / T)^t.
         """
         frame, best = state.frame, state.leader
         t = state.generation + 1

@@ -139,7 +139,7 @@ def test_restarts_stop_at_the_target_the_time_and_the_callback():
         problem, swarm, budget=10_000, rng=make_rng(), callback=lambda progress: progress.generation == 2
     )
     assert stopped.evaluations == 15
-    with pytest.raises(ValueError, match="growth of the population is 0.5"):
+    with pytest.raises(ValueError, match=r"growth of the population is 0\.5"):
         minimize_restarting(problem, swarm, budget=100, growth=0.5, rng=make_rng())
 
 
@@ -181,7 +181,7 @@ def test_rotations_are_orthogonal_and_keep_the_sphere():
 
 
 def test_unfitting_shifts_and_rotations_are_refused():
-    with pytest.raises(ValueError, match="expected .* inside"):
+    with pytest.raises(ValueError, match=r"expected .* inside"):
         Sphere(2, half_width=1.0, shift=[0.0, 2.0])
     with pytest.raises(ValueError, match="rotation has shape"):
         Sphere(2, half_width=1.0, rotation=np.eye(3))

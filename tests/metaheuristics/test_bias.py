@@ -80,7 +80,7 @@ def test_reflecting_walls_do_not_cure_the_diagonal():
 )
 def test_debiased_versions_end_anywhere_and_on_no_diagonal(name):
     optimizer = make_optimizer(name, population=30)
-    report = measure_structural_bias(optimizer, rng=make_rng(1), runs=100, dimension=3, budget=1500)
+    report = measure_structural_bias(optimizer, rng=make_rng(1), runs=80, dimension=3, budget=900)
     assert not report.is_biased(0.01)
 
 

@@ -66,8 +66,8 @@ def test_no_optimizer_evaluates_outside_the_box_or_more_than_the_budget(name, bo
     def f(X):
         nonlocal count
         count += X.shape[0]
-        assert (X >= lower).all()
-        assert (X <= upper).all()
+        assert (lower <= X).all()
+        assert (upper >= X).all()
         return -X.sum(axis=1)
 
     problem = Problem.from_function(f, lower, upper)

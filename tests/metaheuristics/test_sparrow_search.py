@@ -1,4 +1,4 @@
-"""Every move of sparrow search against numbers computed by hand, and whole runs against straight-line code."""
+"""Every move of sparrow search against numbers computed by hand, whole runs against straight-line code."""
 
 import math
 
@@ -79,7 +79,7 @@ def test_flight_to_the_best_producer_in_three_readings(scripted, flight, expecte
 
 def test_hungry_scroungers_end_near_the_origin(scripted):
     optimizer = SparrowSearch(population=5, producers=0.2)
-    # Ranks 3 to 5 are hungry (i > 5/2); the first of them: Q exp((X_worst - X_i) / 9) = 0.5 exp(3/9), 0.5 exp(3/9).
+    # Ranks 3 to 5 are hungry (i > 5/2); for the first Q exp((X_worst - X_i) / 9) = 0.5 exp(3/9) twice.
     left = optimizer.leave(
         make_flock(optimizer, FIVE), np.array(FIVE[2:3]), 2, scripted(standard_normal=[0.5])
     )
