@@ -6,6 +6,8 @@ nothing of what the solvers are given.
 
 from __future__ import annotations
 
+import numpy as np
+
 from ocp_traj.audit.conditions import boundary_miss, duration_findings, waypoint_miss
 from ocp_traj.audit.curves import constraint_peaks, speed_peaks
 from ocp_traj.audit.kinematics import jumps, kinematic_peaks
@@ -42,9 +44,13 @@ def audit(task: TrajectoryTask, trajectory: Trajectory) -> Verdict:
     """
     if trajectory.n != task.n:
         raise InputError(f"the trajectory has {trajectory.n} joints, expected {task.n}")
-    motion = Motion.of(with_waypoint_times(task, trajectory))
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        return _judge(task, Motion.of(with_waypoint_times(task, trajectory)))
+
+
+def _judge(task: TrajectoryTask, motion: Motion) -> Verdict:
     peaks = kinematic_peaks(task, motion) + jumps(task, motion)
-    torques, findings = None, []
+    torques, findings = None, _out_of_range(motion)
     if task.limited("torque") or task.limited("torque_rate"):
         torques = torque_curve(task, motion)
         peaks += torque_peaks(task, torques) if task.limited("torque") else []
@@ -62,7 +68,7 @@ def audit(task: TrajectoryTask, trajectory: Trajectory) -> Verdict:
     feasible = not (broken or findings or late)
     return Verdict(
         feasible=feasible,
-        duration=trajectory.duration,
+        duration=motion.trajectory.duration,
         worst=max(limits.values(), key=_by_ratio, default=None),
         limits=limits,
         peaks=tuple(peaks),
@@ -86,6 +92,14 @@ def _largest(peaks: list[Extremum]) -> dict[str, Extremum]:
         if peak.key not in limits or peak.ratio > limits[peak.key].ratio:
             limits[peak.key] = peak
     return limits
+
+
+def _out_of_range(motion: Motion) -> list[str]:
+    """Return a sentence when some derivative of the motion is too large for floating-point numbers."""
+    finite = (
+        all(np.isfinite(values).all() for values in motion.extrema) and np.isfinite(motion.noise(3)).all()
+    )
+    return [] if finite else ["motion: its derivatives are too large to be judged in floating-point numbers"]
 
 
 def _unresolved(task: TrajectoryTask, torques: TorqueCurve) -> list[str]:

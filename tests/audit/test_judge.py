@@ -219,3 +219,15 @@ def test_thirty_joints_and_a_thousand_waypoints_are_judged() -> None:
     assert verdict.waypoint_error < 1e-8
     assert verdict.limits["velocity"].ratio == pytest.approx(samples, rel=1e-4)
     assert verdict.limits["velocity"].ratio >= samples
+
+
+@pytest.mark.parametrize(("size", "seconds"), [(1e300, 1.0), (1.0, 1e100), (1.0, 1e-150), (1e300, 1e-3)])
+def test_numbers_out_of_range_are_refused_without_warnings(
+    size: float, seconds: float, recwarn: pytest.WarningsRecorder
+) -> None:
+    trajectory = Trajectory([0.0, seconds], [[[0.0, 1e-3 * size, -size]]], [0.0, seconds])
+    limits = Limits(velocity=1.0, acceleration=1.0, jerk=1.0, position=[[-1.0], [2.0]])
+    verdict = audit(TrajectoryTask([[0.0], [1.0]], limits), trajectory)
+    assert not verdict.feasible
+    json.dumps(verdict.to_json(), allow_nan=False)
+    assert not recwarn.list
