@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from metaheuristics.arrays import BoolArray, FloatArray, IntArray
+from metaheuristics.arrays import BoolArray, FloatArray, IntArray, freeze
 from metaheuristics.optimizer import INITIAL_PHASE, Frame, Optimizer, State
 from metaheuristics.ordering import Ordering
 
@@ -161,12 +162,12 @@ class SparrowSearch(Optimizer[SparrowState]):
                 positions=state.positions.take(order, 0),
                 cost=state.cost.take(order),
                 violation=state.violation.take(order),
-                rows=np.arange(self.producer_count),
+                rows=list_rows(0, self.producer_count),
                 previous_cost=state.leader_cost,
             )
             return self.move_producers(state, rng), state
         if state.phase == SCROUNGERS:
-            state = state.evolve(rows=np.arange(self.producer_count, self.population))
+            state = state.evolve(rows=list_rows(self.producer_count, self.population))
             return self.move_scroungers(state, rng), state
         count = self.scout_count
         state = state.evolve(rows=rng.random(self.population).argsort()[:count])
@@ -238,8 +239,8 @@ class SparrowSearch(Optimizer[SparrowState]):
                 return x + (self.leap * state.frame.width) * rng.standard_normal((p, d))
             return x + self.draw_normal(self.normal, p, d, rng)
         alpha = 1.0 - rng.random((p, 1 if self.alpha == "scalar" else d))
-        ranks = np.arange(1.0, p + 1.0)[:, None]
-        shrink = np.exp(-ranks / (alpha * state.frame.total_generations))
+        alpha *= -state.frame.total_generations
+        shrink = np.exp(list_ranks(0, p) / alpha)
         if self.debiased:
             other = self.draw_others(state, p, rng)
             return x + shrink * rng.standard_normal((p, d)) * (x - other)
@@ -265,16 +266,16 @@ class SparrowSearch(Optimizer[SparrowState]):
     def fly(self, x: FloatArray, target: FloatArray, rng: np.random.Generator) -> FloatArray:
         """Return X_p + |X_i - X_p| A+ L for sparrows x (p, d) and target X_p (d,)."""
         d = x.shape[1]
-        signed = np.copysign(x - target, rng.random(x.shape) - 0.5)  # |X_i - X_p| A, element by element
-        if self.debiased or self.flight == "coordinate-undivided":
-            signed += target
-            return signed
-        if self.flight == "coordinate":
-            signed *= 1.0 / d
-            signed += target
-            return signed
-        flown: FloatArray = target + signed @ np.full((d, 1), 1.0 / d)
-        return flown
+        # |X_i - X_p| A, element by element
+        signed = np.copysign(x - target, rng.random(x.shape) - 0.5)
+        if self.flight == "literal" and not self.debiased:
+            step: FloatArray = signed.sum(axis=1, keepdims=True)
+            step /= d
+            return target + step
+        if self.flight == "coordinate" and not self.debiased:
+            signed /= d
+        signed += target
+        return signed
 
     def leave(self, state: SparrowState, x: FloatArray, ahead: int, rng: np.random.Generator) -> FloatArray:
         """Return where the hungry sparrows x (p, d) go, the first of which has rank `ahead` + 1."""
@@ -283,9 +284,11 @@ class SparrowSearch(Optimizer[SparrowState]):
             other = self.draw_others(state, p, rng)
             beside: FloatArray = other + rng.standard_normal((p, d)) * (x - other)
             return beside
-        ranks = np.arange(ahead + 1.0, ahead + p + 1.0)[:, None]
-        exponent = np.minimum((state.positions[-1] - x) / ranks**2, LARGEST_EXPONENT)
-        left: FloatArray = self.draw_normal(self.normal, p, d, rng) * np.exp(exponent)
+        left: FloatArray = state.positions[-1] - x
+        left /= list_squared_ranks(ahead, p)
+        np.minimum(left, LARGEST_EXPONENT, out=left)
+        np.exp(left, out=left)
+        left *= self.draw_normal(self.normal, p, d, rng)
         return left
 
     def move_scouts(self, state: SparrowState, rng: np.random.Generator) -> FloatArray:
@@ -306,9 +309,10 @@ class SparrowSearch(Optimizer[SparrowState]):
         return moved
 
     def find_at_best(self, state: SparrowState, cost: FloatArray, violation: FloatArray) -> BoolArray:
-        """Return (p,) which sparrows are as good as the leader: f_i = f_best."""
-        leader = np.array([state.leader_cost]), np.array([state.leader_violation])
-        return ~state.ordering.is_better(*leader, cost, violation)
+        """Return (p,) which sparrows are exactly as good as the leader: f_i = f_best."""
+        equal: BoolArray = cost == state.leader_cost
+        equal &= violation == state.leader_violation
+        return equal
 
     def stir_best(
         self, state: SparrowState, x: FloatArray, cost: FloatArray, factor: FloatArray
@@ -333,3 +337,23 @@ class SparrowSearch(Optimizer[SparrowState]):
     def draw_scout_factor(self, state: SparrowState, p: int, d: int, rng: np.random.Generator) -> FloatArray:
         """Return the step factors K of the scouts, (p, 1), debiased (p, d)."""
         return rng.uniform(-1.0, 1.0, (p, d if self.debiased else 1))
+
+
+@lru_cache(maxsize=64)
+def list_rows(start: int, stop: int) -> IntArray:
+    """Return the row numbers (stop - start,), read-only; kept, since every generation asks for the same."""
+    rows = np.arange(start, stop)
+    rows.flags.writeable = False
+    return rows
+
+
+@lru_cache(maxsize=64)
+def list_ranks(ahead: int, p: int) -> FloatArray:
+    """Return the ranks i = ahead + 1 ... ahead + p as a column (p, 1), read-only."""
+    return freeze(np.arange(ahead + 1.0, ahead + p + 1.0)[:, None])
+
+
+@lru_cache(maxsize=64)
+def list_squared_ranks(ahead: int, p: int) -> FloatArray:
+    """Return i^2 for the ranks of `list_ranks`, (p, 1), read-only."""
+    return freeze(list_ranks(ahead, p) ** 2)
