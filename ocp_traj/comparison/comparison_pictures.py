@@ -49,7 +49,7 @@ def _convergence_panel(judgement: Judgement, problem: Problem, measure: str) -> 
         grid = _grid(group, measure)
         if grid.size == 0:
             continue
-        costs = np.array([[best_at(course, budget, measure) for budget in grid] for course in group.courses])
+        costs = np.array([best_at(course, grid, measure) for course in group.courses])
         lower, median, upper = np.quantile(costs, [0.25, 0.5, 0.75], axis=0, method="inverted_cdf")
         shown = np.isfinite(median)
         if not shown.any():
@@ -134,7 +134,7 @@ def solving_costs(judgement: Judgement, measure: str) -> tuple[Array, Array]:
         for seed in sorted(set.intersection(*(set(entry) for entry in by_seed))):
             costs.append([entry[seed] for entry in by_seed])
             dimensions.append(float(min(known, default=1)))
-    return np.array(costs).reshape(-1, len(judgement.solvers)), np.array(dimensions)
+    return np.array(costs).reshape(len(costs), len(judgement.solvers)), np.array(dimensions)
 
 
 def performance_picture(judgement: Judgement) -> Picture:

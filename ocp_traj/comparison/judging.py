@@ -254,7 +254,7 @@ def _blocks(
             [_median_ratio(groups.get((problem.key, solver))) for solver in solvers] for problem in problems
         ]
         complete = [row for row in medians if not any(np.isnan(value) for value in row)]
-        return np.array(complete).reshape(-1, len(solvers)), "problems"
+        return np.array(complete).reshape(len(complete), len(solvers)), "problems"
     blocks: list[list[float]] = []
     for problem in problems:
         by_seed = [
@@ -263,7 +263,7 @@ def _blocks(
         ]
         common = sorted(set.intersection(*(set(entry) for entry in by_seed)))
         blocks += [[entry[number] for entry in by_seed] for number in common]
-    return np.array(blocks).reshape(-1, len(solvers)), "runs"
+    return np.array(blocks).reshape(len(blocks), len(solvers)), "runs"
 
 
 def _ratio(problem: Problem, objective: float) -> float:

@@ -40,8 +40,8 @@ class Course:
 
     def reach(self, target: float, measure: str) -> float:
         """Return the evaluations or seconds until the cost is at most `target`; infinite when never."""
-        hit = np.flatnonzero(self.cost <= target)
-        return float(getattr(self, measure)[hit[0]]) if hit.size else np.inf
+        place = int(np.searchsorted(-self.cost, -target))  # the cost never rises
+        return float(getattr(self, measure)[place]) if place < self.cost.size else np.inf
 
     def spent(self, measure: str) -> float:
         """Return what the run cost in total."""
@@ -159,7 +159,7 @@ def data_profiles(costs: Array, dimensions: Array) -> list[Curve]:
     return [distribution(column) for column in (costs / (dimensions[:, None] + 1.0)).T]
 
 
-def best_at(course: Course, budget: float, measure: str) -> float:
-    """Return the best verified cost after a budget; infinite when nothing feasible was there yet."""
-    place = int(np.searchsorted(getattr(course, measure), budget, side="right"))
-    return float(course.cost[place - 1]) if place else np.inf
+def best_at(course: Course, budgets: Array, measure: str) -> Array:
+    """Return the best verified cost after each budget; infinite where nothing feasible was there yet."""
+    places = np.searchsorted(getattr(course, measure), budgets, side="right")
+    return np.concatenate([[np.inf], course.cost])[places]

@@ -95,16 +95,22 @@ def build_document(
         f"{len(rows)} runs; every answer judged by the audit, never by the solver's claim."
     )
     sections = [
-        _results(judgement),
-        _tests(judgement),
-        _costs(judgement),
-        *_motion_sections(motions, untold),
-        _audit(judgement),
+        *(_findings(judgement, motions, untold) if judgement.groups else []),
         Section("runs", "Single runs", folds=(Fold("All runs", tables=(tables.run_table(rows),)),)),
         Section("machine", "Machine and versions", (describe_machine(environment), *_plan_text(plans))),
         Section("limitations", "Limitations", LIMITATIONS),
     ]
     return Document("Trajectory solvers compared", subtitle, tuple(story), tuple(sections))
+
+
+def _findings(judgement: Judgement, motions: Sequence[Motion], untold: Sequence[str]) -> list[Section]:
+    return [
+        _results(judgement),
+        _tests(judgement),
+        _costs(judgement),
+        *_motion_sections(motions, untold),
+        _audit(judgement),
+    ]
 
 
 def _results(judgement: Judgement) -> Section:

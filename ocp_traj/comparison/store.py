@@ -215,7 +215,8 @@ class Store:
         history = [json.dumps(record.history.get(part, [])) for part in _HISTORY]
         with self._transaction():
             self._connection.execute(
-                f"INSERT INTO runs ({', '.join(values)}) VALUES ({holes}) {_KEEP_FIRST}", tuple(values.values())
+                f"INSERT INTO runs ({', '.join(values)}) VALUES ({holes}) {_KEEP_FIRST}",
+                tuple(values.values()),
             )
             self._connection.execute(
                 f"INSERT INTO histories VALUES (?, ?, ?, ?, ?, ?, ?, ?) {_KEEP_FIRST}", (*spec.key, *history)

@@ -222,17 +222,19 @@ def budget_table(judgement: Judgement) -> Table:
             group = judgement.group(problem, solver)
             if group is None or problem.best is None:
                 continue
-            cells = [_gap_at(group, problem, budget) for budget in budgets]
+            gaps = _gaps_at(group, problem, np.array(budgets, dtype=np.float64))
+            cells = [number(median(column), 3) for column in gaps.T]
             rows.append((text(problem.label), text(solver), *cells))
     columns = ("problem", "solver", *(f"after {budget}" for budget in budgets))
     note = "Median gap in % of the best known value; –: half of the runs or more have nothing feasible yet."
     return Table("Fixed budget: gap after so many evaluations", columns, tuple(rows), note, words=2)
 
 
-def _gap_at(group: Group, problem: Problem, budget: int) -> Cell:
+def _gaps_at(group: Group, problem: Problem, budgets: Array) -> Array:
+    """Return the gap, in % of the best known value, of every run after each budget (runs, budgets)."""
     best = problem.best or 0.0
-    costs = np.array([best_at(course, budget, "evaluations") for course in group.courses])
-    return number(_median(100.0 * (costs - best) / (abs(best) or 1.0)), 3)
+    costs = np.array([best_at(course, budgets, "evaluations") for course in group.courses])
+    return 100.0 * (costs - best) / (abs(best) or 1.0)
 
 
 def pair_table(judgement: Judgement) -> Table:
