@@ -27,7 +27,7 @@ result = ot.solve(task)
 print(result)
 
 # %%
-# A cubic spline with three free knots in every gap needs a third of it.
+# A cubic spline with three free knots in every gap, at zero end accelerations as well, needs a third of it.
 better = ot.solve(task.changed(family="cubic", virtual_knots=3))
 print(better)
 

@@ -32,12 +32,12 @@ class StopAndGo(Family):
 family = StopAndGo()
 ends = EndConditions({1: 0.0, 2: 0.0}, {1: 0.0, 2: 0.0})
 first, second = family.pieces([2.0, 1.0], [0.0, 1.0, 0.4], ends)
-print("ascending coefficients of the first piece in t / h:", first.coefficients())
+print("ascending coefficients of the first piece in t / h:", np.round(first.coefficients(), 12))
 
 # %%
 # The same lines on a population of three candidates ...
 durations = [np.array([[1.0], [2.0], [3.0]]), np.array([[1.0], [1.0], [1.0]])]
-batch = family.pieces(durations, [np.zeros((1, 2)), np.ones((1, 2)), np.zeros((1, 2))], ends)
+batch = family.pieces(durations, [np.zeros((3, 2)), np.ones((3, 2)), np.zeros((3, 2))], ends)
 print("a population's coefficients have the shape", np.shape(batch[0].coefficients()[3]))
 
 # ... and on symbols.

@@ -35,9 +35,7 @@ else:
             """Print one line a finished run."""
             if progress.record is not None:
                 finished.append(progress.record)
-                print(
-                    f"{progress.finished} of {progress.total}: {progress.spec.solver}, {progress.record.status}, {progress.record.message}"
-                )
+                print(progress.finished, "of", progress.total, progress.spec.solver, progress.record.status)
 
         compare(plan, Path(folder), dask=cluster.scheduler_address, progress=tell)
         compare(plan, Path(folder), dask=cluster.scheduler_address)  # nothing is left to do
