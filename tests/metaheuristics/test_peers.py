@@ -132,7 +132,7 @@ def test_bbob_runs_through_and_simple_functions_are_solved(name, tmp_path, monke
             lambda X, f=peer: np.array([f(x) for x in X]), peer.lower_bounds, peer.upper_bounds
         )
         optimizer = make_optimizer(name, population=40)
-        minimize(problem, optimizer, budget=300 * 40, rng=np.random.default_rng(peer.index))
+        minimize(problem, optimizer, budget=5000 * peer.dimension, rng=np.random.default_rng(peer.index))
         solved[peer.id] = peer.final_target_hit
         peer.free()
     assert len(solved) == 4 * 3 * 3
