@@ -56,7 +56,7 @@ def fit_axis(values: Sequence[Array], log: bool = False, margin: float = 0.04) -
 def _linear_ticks(lower: float, upper: float, count: int) -> list[tuple[float, str]]:
     raw = (upper - lower) / count
     power = 10.0 ** math.floor(math.log10(raw))
-    step = next(factor * power for factor in (1.0, 2.0, 2.5, 5.0, 10.0) if factor * power >= raw * 0.999)
+    step = next(factor * power for factor in (1.0, 2.0, 2.5, 5.0, 10.0) if factor * power >= raw * 0.75)
     first = math.ceil(lower / step - 1e-9)
     last = math.floor(upper / step + 1e-9)
     return [(number * step, format_tick(number * step, step)) for number in range(first, last + 1)]

@@ -15,6 +15,8 @@ from ocp_traj.exceptions import InputError
 Triangles = npt.NDArray[np.int64]
 
 MAX_BYTES = 100_000_000
+_KEY_BITS = 20
+_MAX_VERTICES = 2**_KEY_BITS
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,8 @@ def read_mesh(path: Path) -> Mesh:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{path.name}: cannot be read as a mesh ({error})") from None
+    if len(mesh.vertices) > _MAX_VERTICES:
+        raise InputError(f"{path.name}: has more than {_MAX_VERTICES} vertices")
     if mesh.triangles.size and not (mesh.triangles.min() >= 0 and mesh.triangles.max() < len(mesh.vertices)):
         raise InputError(f"{path.name}: a triangle refers to a vertex that is not there")
     return mesh
@@ -212,7 +216,7 @@ def thin_out(mesh: Mesh, most: int) -> Mesh:
     Source: Rossignac and Borrel, Multi-resolution 3D approximations (1993). The finest grid that suffices is
     found by bisection.
     """
-    mesh = _joined(mesh.vertices, mesh.triangles, mesh.vertices)
+    mesh = _clustered(mesh, float(2**_KEY_BITS - 2))
     if len(mesh.triangles) <= most:
         return mesh
     low, high = 2.0, 512.0
@@ -228,24 +232,28 @@ def thin_out(mesh: Mesh, most: int) -> Mesh:
 
 
 def _clustered(mesh: Mesh, cells: float) -> Mesh:
+    """Join the vertices in each cell of a grid to their mean; drop triangles that lost a corner or are double."""
+    if not mesh.triangles.size:
+        return mesh
     lower = mesh.vertices.min(axis=0)
     size = float((mesh.vertices.max(axis=0) - lower).max()) / cells
-    return _joined(mesh.vertices, mesh.triangles, np.floor((mesh.vertices - lower) / max(size, 1e-12)))
-
-
-def _joined(vertices: Array, triangles: Triangles, keys: Array) -> Mesh:
-    """Join vertices of equal key to their mean, and drop triangles that lost a corner or are there twice."""
-    _, inverse, counts = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
+    cell = np.floor((mesh.vertices - lower) / max(size, 1e-12)).astype(np.int64)
+    _, inverse, counts = np.unique(_code(cell), return_inverse=True, return_counts=True)
     inverse = np.asarray(inverse).reshape(-1)
     means = np.zeros((counts.size, 3))
-    np.add.at(means, inverse, vertices)
+    np.add.at(means, inverse, mesh.vertices)
     means /= counts[:, None]
-    corners = inverse[triangles]
+    corners = inverse[mesh.triangles]
     whole = (
         (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]) & (corners[:, 2] != corners[:, 0])
     )
     corners = corners[whole]
-    _, first = np.unique(np.sort(corners, axis=1), axis=0, return_index=True)
+    _, first = np.unique(_code(np.sort(corners, axis=1)), return_index=True)
     corners = corners[np.sort(first)]
     used, renumbered = np.unique(corners, return_inverse=True)
     return Mesh(means[used], np.asarray(renumbered, dtype=np.int64).reshape(-1, 3))
+
+
+def _code(rows: Triangles) -> Triangles:
+    """Return one number for every row of three numbers below 2^20: sorting numbers is fast."""
+    return np.asarray((rows[:, 0] << 2 * _KEY_BITS) | (rows[:, 1] << _KEY_BITS) | rows[:, 2])
