@@ -16,9 +16,10 @@ from ocp_traj.exceptions import InputError, UnavailableError
 from ocp_traj.nlp import Nlp
 from ocp_traj.solvers.refinement import broken_points
 from ocp_traj.solvers.solver import Outcome, Request, Solver
+from ocp_traj.spline import get_family
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
-from ocp_traj.transcription import ExtraPoints, LiftedNlp, initial_guess, insert_knots
+from ocp_traj.transcription import CondensedNlp, ExtraPoints, LiftedNlp, initial_guess, insert_knots
 
 logger = logging.getLogger(__name__)
 
@@ -33,6 +34,10 @@ STATUSES = {
     "Maximum_WallTime_Exceeded": Status.TIME_EXHAUSTED,
 }
 """IPOPT's return status in the words of the shared interface; anything else is a failure."""
+
+
+WIDEST_LOGARITHM = 10.0
+"""A duration of the condensed form may differ from the guess by this factor's exponential at most."""
 
 
 @dataclass
@@ -81,9 +86,23 @@ class Gradient(Solver):
         self.check_available()
         account = _Account()
         clock = time.perf_counter()
+        if not get_family(task.family).takes_virtual_knots:
+            return self._run_condensed(task, request, account, clock)
         trajectory, status, message, nlp, x = self._solve_stages(task, request, account, clock)
         solution = _make_solution(nlp, x, status, message, account)
         return Outcome(trajectory, solution, account.counts)
+
+    def _run_condensed(
+        self, task: TrajectoryTask, request: Request, account: _Account, clock: float
+    ) -> Outcome:
+        """Solve in logarithms of durations with closed-form extrema; the search box binds population methods only."""
+        nlp = CondensedNlp(task, encoding="log-durations", samples=self.samples or 16)
+        guess = initial_guess(task) if request.warm_start is None else fit_guess(task, request.warm_start)
+        start = nlp.encode(guess)
+        account.build_time += time.perf_counter() - clock
+        box = (start, start - WIDEST_LOGARITHM, start + WIDEST_LOGARITHM)
+        x, status, message = self._solve(nlp, request, account, clock, request.warm_start is not None, box)
+        return Outcome(nlp.decode(x), _make_solution(nlp, x, status, message, account), account.counts)
 
     def check_available(self) -> None:
         """Raise `UnavailableError` when the plug-in does not load."""
@@ -120,16 +139,24 @@ class Gradient(Solver):
         return nlp
 
     def _solve(
-        self, nlp: Nlp, request: Request, account: _Account, clock: float, warm: bool
+        self,
+        nlp: Nlp,
+        request: Request,
+        account: _Account,
+        clock: float,
+        warm: bool,
+        box: tuple[Array, Array, Array] | None = None,
     ) -> tuple[Array, Status, str]:
+        """Solve from the problem's own guess and bounds, or from `box`: start, lower, upper."""
         begin = time.perf_counter()
+        guess, lower, upper = (nlp.guess, nlp.lower, nlp.upper) if box is None else box
         options = self._options(nlp, request, account, clock, warm)
-        scale = 1.0 / max(abs(_cost_at(nlp, nlp.guess)), 1e-300)
+        scale = 1.0 / max(abs(_cost_at(nlp, guess)), 1e-300)
         options["ipopt.obj_scaling_factor"] = scale
         solver = ca.nlpsol("solver", self.plugin, {"x": nlp.x, "f": nlp.f, "g": nlp.g}, options)
         account.build_time += time.perf_counter() - begin
         begin = time.perf_counter()
-        answer = solver(x0=nlp.guess, lbx=nlp.lower, ubx=nlp.upper, lbg=nlp.g_lower, ubg=nlp.g_upper)
+        answer = solver(x0=guess, lbx=lower, ubx=upper, lbg=nlp.g_lower, ubg=nlp.g_upper)
         elapsed = time.perf_counter() - begin
         _record(account, solver.stats(), begin - clock, elapsed)
         message = str(solver.stats()["return_status"])
