@@ -9,10 +9,14 @@ from importlib import import_module
 from typing import Any
 
 _HOMES = {
-    "KinematicBound": "kinematic_bound",
+    "Certificate": "certificate",
+    "KinematicBound": "shortest_motion",
     "ReferenceResult": "result",
+    "certify": "certificate",
     "convex_reference": "convex",
-    "kinematic_bound": "kinematic_bound",
+    "kinematic_bound": "shortest_motion",
+    "reference_columns": "summary",
+    "references": "summary",
     "toppra_reference": "time_optimal",
 }
 

@@ -97,8 +97,8 @@ def _cut_by_simplex(lows: Array, highs: Array) -> tuple[Array, Array, Array]:
 
 
 def _split(lows: Array, highs: Array) -> tuple[Array, Array, Array]:
-    """Halve every box at its longest side; returns the children and the index of each one's parent."""
-    side = np.argmax(highs - lows, axis=1)
+    """Halve every box at its side that is longest for its distance from zero; returns the children and the index of each one's parent."""
+    side = np.argmax((highs - lows) / (lows + 0.05), axis=1)
     rows = np.arange(len(lows))
     middle = 0.5 * (lows[rows, side] + highs[rows, side])
     left_high, right_low = highs.copy(), lows.copy()

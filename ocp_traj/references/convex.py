@@ -12,7 +12,7 @@ from ocp_traj.arrays import Array
 from ocp_traj.exceptions import InputError
 from ocp_traj.references.convex_problem import TimingAnswer, TimingNumbers, solve_numbers
 from ocp_traj.references.half_planes import touching
-from ocp_traj.references.path_limits import PathRows, path_rows
+from ocp_traj.references.path_limits import PathRows, describe, path_rows
 from ocp_traj.references.paths import GeometricPath, PathGrid, geometric_path, sample_path
 from ocp_traj.references.result import ReferenceResult
 from ocp_traj.references.time_optimal import FRICTION_ROUNDS, toppra_reference
@@ -100,7 +100,7 @@ def _solve_on_grid(
     if answer.x is None:
         reason = f"the convex problem has no solution on this path (Clarabel: {answer.status})"
         return ReferenceResult("convex", path.name, None, reason, **timings)
-    active, multipliers = active_limits(rows, kept, answer, unit)
+    active, multipliers = active_limits(grid, rows, kept, answer, unit)
     return finished(
         "convex",
         path,
@@ -146,8 +146,7 @@ class KeptRows:
     by_start, by_end, bound : (N, r) arrays
         Each row divided by `size` (N, r); rows of zeros fill the table.
     sources : (N, r) int array
-        Index in `labels`; -1 for fillers, and -2 and -3 for the bounds on speed at the cell's start and end.
-    labels : tuple of str
+        Index among the prepared rows; -1 for fillers, and -2 and -3 for the bounds on speed at the cell's start and end.
     empty_cell : int
         First cell without any possible (x_i, x_(i+1)), or -1.
     """
@@ -157,7 +156,6 @@ class KeptRows:
     bound: Array
     size: Array
     sources: npt.NDArray[np.int_]
-    labels: tuple[str, ...]
     empty_cell: int
 
 
@@ -189,7 +187,6 @@ def keep_rows(grid: PathGrid, rows: PathRows, scaled: ScaledRows) -> KeptRows:
         offsets,
         np.take_along_axis(size, order, axis=1),
         np.where(chosen, sources, -1),
-        scaled.labels,
         int(np.argmax(empty)) if empty.any() else -1,
     )
 
@@ -247,19 +244,22 @@ def _with_torques(
 
 
 def active_limits(
-    rows: PathRows, kept: KeptRows, answer: TimingAnswer, unit: float
+    grid: PathGrid, rows: PathRows, kept: KeptRows, answer: TimingAnswer, unit: float
 ) -> tuple[tuple[str, ...], Array]:
-    """Return the active limit of every cell and its multiplier, s per relative loosening of that limit."""
+    """Return the active limit of every cell and its multiplier: seconds gained per relative loosening there."""
     assert answer.multipliers is not None
-    table = answer.multipliers / kept.size * unit
-    table = np.where(kept.sources < -1, 2.0 * table, table)  # 1 % more speed is 2 % more x
+    count = len(rows.labels)
+    group = np.where(kept.sources >= 0, kept.sources % max(count, 1), count - kept.sources - 2)
+    gain = np.where(kept.sources == -1, 0.0, answer.multipliers / kept.size * unit)
+    gain = np.where(kept.sources < -1, 2.0 * gain, gain)  # 1 % more speed is 2 % more x
+    table = np.zeros((len(grid.gaps), count + 2))
+    cells = np.broadcast_to(np.arange(len(table))[:, None], group.shape)
+    np.add.at(table, (cells, np.where(kept.sources == -1, 0, group)), gain)
     column = table.argmax(axis=1)
-    multipliers = np.take_along_axis(table, column[:, None], axis=1)[:, 0]
+    multipliers = table.max(axis=1)
     threshold = ACTIVE_MULTIPLIER * answer.objective * unit
     names = []
-    for cell, source in enumerate(np.take_along_axis(kept.sources, column[:, None], axis=1)[:, 0]):
-        label = (
-            rows.x_labels[cell - source - 2] if source < -1 else kept.labels[source] if source >= 0 else ""
-        )
+    for cell, index in enumerate(column):
+        label = describe(*rows.labels[index]) if index < count else rows.x_labels[cell + index - count]
         names.append(label if multipliers[cell] > threshold else "")
     return tuple(names), multipliers

@@ -84,38 +84,43 @@ def feasible(limits: JointLimits, shortest: Array, longest: Array) -> Array:
     low = np.broadcast_to(limits.start[0], (len(shortest), limits.start.shape[1]))
     high = np.broadcast_to(limits.start[1], low.shape)
     for gap in range(limits.gaps):
-        low, high, alive = _cross_gap(limits, gap, low, high, shortest[:, gap, None], longest[:, gap, None])
+        h = [shortest[:, gap, None]] if longest is shortest else [shortest[:, gap, None], longest[:, gap, None]]
+        low, high, alive = _cross_gap(limits, gap, low, high, h)
+        low, high = np.where(alive, low, 0.0), np.where(alive, high, 0.0)  # the row is lost, numbers stay finite
         possible &= alive.all(axis=1)
     slack = PADDING * (limits.fastest[-1] + limits.slowest[-1])
     return possible & ((low <= limits.end[1] + slack) & (high >= limits.end[0] - slack)).all(axis=1)
 
 
 def _cross_gap(
-    limits: JointLimits, gap: int, low: Array, high: Array, shortest: Array, longest: Array
+    limits: JointLimits, gap: int, low: Array, high: Array, ends: list[Array]
 ) -> tuple[Array, Array, Array]:
-    """Return the interval of velocities after a gap, (P, n) twice, and whether it is not empty."""
+    """Return the interval of velocities after a gap, (P, n) twice, and whether it is not empty.
+
+    `ends` holds the least and the largest duration of the gap, (P, 1) each, or only one where they are the same.
+    """
     wide = 1.0 + PADDING
     fastest, slowest = limits.fastest[gap] * wide, limits.slowest[gap] * wide
     up, down = limits.speeding[gap] * wide, limits.braking[gap] * wide
     near, far = limits.nearest[gap], limits.farthest[gap]
     low, high = np.maximum(low, -slowest), np.minimum(high, fastest)
-    alive = (low <= high) & _can_stay_behind(far, low, slowest, down, shortest, longest)
-    alive &= _can_stay_behind(-near, -high, fastest, up, shortest, longest)
-    top = _highest_velocity(far, low, high, fastest, slowest, up, down, shortest, longest)
-    bottom = -_highest_velocity(-near, -high, -low, slowest, fastest, down, up, shortest, longest)
+    alive = (low <= high) & _can_stay_behind(far, low, slowest, down, ends)
+    alive &= _can_stay_behind(-near, -high, fastest, up, ends)
+    top = _highest_velocity(far, low, high, fastest, slowest, up, down, ends)
+    bottom = -_highest_velocity(-near, -high, -low, slowest, fastest, down, up, ends)
     return bottom, top, alive & (bottom <= top)
 
 
 def _can_stay_behind(
-    far: Array, low: Array, slowest: Array, down: Array, shortest: Array, longest: Array
+    far: Array, low: Array, slowest: Array, down: Array, ends: list[Array]
 ) -> Array:
     """Return whether braking fully from velocity `low` keeps the distance at `far` or less for some h.
 
     That distance is concave in h, so both ends of the interval of h are enough.
     """
-    braking_time = (low + slowest) / down
-    least = np.full(np.broadcast_shapes(low.shape, longest.shape), np.inf)
-    for h in (shortest, longest):
+    braking_time = (np.maximum(low, -slowest) + slowest) / down
+    least = np.full(np.broadcast_shapes(low.shape, ends[-1].shape), np.inf)
+    for h in ends:
         braked = np.minimum(h, braking_time)
         least = np.minimum(least, low * braked - 0.5 * down * braked**2 - slowest * (h - braked))
     return least <= far + 1e-14 * (1.0 + np.abs(far))
@@ -129,12 +134,11 @@ def _highest_velocity(
     slowest: Array,
     up: Array,
     down: Array,
-    shortest: Array,
-    longest: Array,
+    ends: list[Array],
 ) -> Array:
     """Return the largest velocity after the gap with d_min <= far, from a velocity in [low, high]."""
-    top = np.full(np.broadcast_shapes(low.shape, longest.shape), -np.inf)
-    for h in (shortest, longest):
+    top = np.full(np.broadcast_shapes(low.shape, ends[-1].shape), -np.inf)
+    for h in ends:
         h = np.maximum(h, 1e-300)
         straight = far / h + 0.5 * up * h  # reached by speeding up all the time, which starts from:
         begin = far / h - 0.5 * up * h
@@ -148,7 +152,7 @@ def _highest_velocity(
         impossible = np.where(valley < -slowest, room < 0, square < 0)
         reached = np.where(impossible, -np.inf, reached)
         top = np.maximum(top, np.where(low <= begin, straight, reached))
-    return np.minimum(np.minimum(top, fastest), high + up * longest)
+    return np.minimum(np.minimum(top, fastest), high + up * ends[-1])
 
 
 def shortest_total(limits: JointLimits, proportions: Array, largest: float, iterations: int = 60) -> Array:
@@ -158,10 +162,13 @@ def shortest_total(limits: JointLimits, proportions: Array, largest: float, iter
     without upper end, and bisection finds its lower end.
     """
     low, high = np.zeros(len(proportions)), np.full(len(proportions), largest)
-    known = feasible(limits, proportions * largest, proportions * largest)
+    known = _feasible_points(limits, proportions * largest)
     for _ in range(iterations):
         middle = 0.5 * (low + high)
-        h = proportions * middle[:, None]
-        good = feasible(limits, h, h)
+        good = _feasible_points(limits, proportions * middle[:, None])
         high, low = np.where(good, middle, high), np.where(good, low, middle)
     return np.where(known, high, np.inf)
+
+
+def _feasible_points(limits: JointLimits, durations: Array) -> Array:
+    return feasible(limits, durations, durations)

@@ -214,10 +214,27 @@ def _reversals(curve: Trajectory) -> Array:
         span = curve.breakpoints[piece + 1] - curve.breakpoints[piece]
         scaled = velocity[piece] * span ** np.arange(velocity.shape[2])
         for row in scaled[np.abs(scaled).max(axis=1) > 1e-12 * max(np.abs(scaled).max(), 1e-300)]:
-            roots = np.polynomial.polynomial.polyroots(np.trim_zeros(row, "b"))
-            real = roots[np.abs(roots.imag) < 1e-7].real
-            found.append(curve.breakpoints[piece] + span * real[(real > 1e-9) & (real < 1 - 1e-9)])
+            real = _roots_inside(row)
+            found.append(curve.breakpoints[piece] + span * real)
     return np.concatenate(found) if found else np.empty(0)
+
+
+def _roots_inside(row: Array) -> Array:
+    """Return the real roots in (0, 1) of a polynomial with ascending coefficients.
+
+    Leading coefficients that are rounding errors would spoil the companion matrix and are left out there; Newton
+    steps on the full polynomial make up for what that changes.
+    """
+    polynomial = np.polynomial.polynomial
+    kept = np.trim_zeros(np.where(np.abs(row) > 1e-11 * np.abs(row).max(), row, 0.0), "b")
+    roots = polynomial.polyroots(kept)
+    real = roots[np.abs(roots.imag) < 1e-7].real
+    slope = polynomial.polyder(row)
+    for _ in range(3):
+        steep = polynomial.polyval(real, slope)
+        step = polynomial.polyval(real, row) / np.where(steep == 0, np.inf, steep)
+        real = real - np.clip(step, -1e-3, 1e-3)
+    return np.asarray(real[(real > 1e-9) & (real < 1 - 1e-9)])
 
 
 def _evaluate(coefficients: Array, local: Array) -> Array:

@@ -21,16 +21,16 @@ ACTIVE_RATIO = 0.999
 
 @dataclass(frozen=True)
 class ScaledRows:
-    """Rows by_u u + by_next x_(i+1) + by_x x_i <= bound for one-sided use, in a unit of time that suits the path.
+    """Rows by_u u + by_start x_i + by_end x_(i+1) <= bound for one-sided use, in a unit of time that suits the path.
 
     Attributes
     ----------
     by_u, by_start, by_end, bound : (N, r) arrays
-        Each row divided by its limit. Rows at a cell's start have by_end = 0 and the other way round.
+        Blocks of m columns: upper and lower limits at the cells' start, then at their end. Each row divided by its
+        limit. Rows at a cell's start have by_end = 0 and the other way round.
     largest_x : (N + 1,) array
     unit : float
         Unit of time, s: the motion lasts about one.
-    labels : tuple of r str
     """
 
     by_u: Array
@@ -39,7 +39,6 @@ class ScaledRows:
     bound: Array
     largest_x: Array
     unit: float
-    labels: tuple[str, ...]
 
 
 def time_unit(rows: PathRows) -> float:
@@ -83,10 +82,9 @@ def scale_rows(rows: PathRows, unit: float, guess_x: Array | None = None) -> Sca
             parts["end"].append(at_end if end == 1 else np.zeros_like(at_end))
             parts["bound"].append(np.where(bounded, room / size, 1.0))
     stacked = {name: np.concatenate(blocks, axis=1) for name, blocks in parts.items()}
-    labels = tuple(describe(*label) for label in rows.labels) * 4
     largest_x = rows.largest_x * unit**2
     return ScaledRows(
-        stacked["u"], stacked["start"], stacked["end"], stacked["bound"], largest_x, unit, labels
+        stacked["u"], stacked["start"], stacked["end"], stacked["bound"], largest_x, unit
     )
 
 

@@ -119,6 +119,15 @@ def kinematic_bound(
     return KinematicBound(lower, upper.total, certified, message, upper.durations, velocities, proof.nodes)
 
 
+def gap_bounds(task: TrajectoryTask, total: float) -> Array:
+    """Return a certified least duration (G,) of every gap in motions that last no longer than `total`, s."""
+    moving, limits, reason = _joint_limits(task)
+    if reason or not moving.any():
+        return np.zeros(task.gaps)
+    blocks = _single_gaps(limits, total, 2e-3, np.inf)[0]
+    return np.array([blocks[first, first + 1] for first in range(task.gaps)]) * (1.0 - MARGIN)
+
+
 def _joint_limits(task: TrajectoryTask) -> tuple[Array, JointLimits, str]:
     """Return which joints need to move (n,), their limits, and why there is no bound (empty if there is one)."""
     waypoints, tolerance = np.asarray(task.waypoints), np.asarray(task.tolerance)
@@ -191,25 +200,39 @@ def prove_lower(
 ) -> SearchOutcome:
     """Return a lower bound of the total, as close to `upper` as the means allow."""
     began = time.perf_counter()
-    accelerating = np.isfinite(limits.speeding).all(axis=0) & np.isfinite(limits.braking).all(axis=0)
-    shortest = _speed_durations(limits)
-    chain = bounded_velocities(_joints(limits, accelerating), upper) if accelerating.any() else None
+    blocks, nodes, chain = _single_gaps(limits, upper, gap, time_limit)
     target = upper * (1.0 - gap)
-    blocks = {(first, first + 1): float(shortest[first]) for first in range(limits.gaps)}
-    nodes = 0
-    if chain is not None:
-        for length in range(1, min(limits.gaps, 4)):
+    if chain is not None and limits.gaps > 3:  # below, the search is faster without
+        for length in (2, 3):
             for first in range(limits.gaps - length + 1):
                 left = time_limit - (time.perf_counter() - began)
                 outcome = _block_bound(chain, blocks, first, first + length, gap, 0.5 * left)
                 nodes += outcome.nodes
-                blocks[first, first + length] = max(outcome.lower, blocks.get((first, first + length), 0.0))
+                blocks[first, first + length] = outcome.lower
     known = _combine(blocks, limits.gaps)
     if chain is None or known >= target:
         return SearchOutcome(min(known, upper), nodes, known >= target)
     left = max(time_limit - (time.perf_counter() - began), 0.0)
     outcome = _search(chain, blocks, target, known, largest_nodes, left)
     return SearchOutcome(max(outcome.lower, known), nodes + outcome.nodes, outcome.complete)
+
+
+def _single_gaps(
+    limits: JointLimits, upper: float, gap: float, seconds: float
+) -> tuple[dict[tuple[int, int], float], int, JointLimits | None]:
+    """Return the bounds of single gaps, the cells used, and the joints with bounded acceleration (None if none)."""
+    shortest = _speed_durations(limits)
+    blocks = {(first, first + 1): float(shortest[first]) for first in range(limits.gaps)}
+    accelerating = np.isfinite(limits.speeding).all(axis=0) & np.isfinite(limits.braking).all(axis=0)
+    if not accelerating.any():
+        return blocks, 0, None
+    chain = bounded_velocities(_joints(limits, accelerating), upper)
+    nodes = 0
+    for first in range(limits.gaps):
+        outcome = _block_bound(chain, blocks, first, first + 1, gap, seconds)
+        nodes += outcome.nodes
+        blocks[first, first + 1] = max(outcome.lower, blocks[first, first + 1])
+    return blocks, nodes, chain
 
 
 def _joints(limits: JointLimits, chosen: Array) -> JointLimits:
@@ -244,14 +267,14 @@ def _block_total(part: JointLimits, known: float) -> float:
     """Return a total that some proportions of a run of gaps reach, by a coarse random search."""
     rng = np.random.default_rng(1)
     gaps = part.gaps
-    proportions = np.ones((1, 1)) if gaps == 1 else rng.dirichlet(np.ones(gaps), 200)
+    proportions = np.ones((1, 1)) if gaps == 1 else rng.dirichlet(np.ones(gaps), 80)
     largest = max(4.0 * float(stop_durations(part).sum()), 2.0 * known)
-    totals = shortest_total(part, proportions, largest, iterations=30)
-    for step in 0.1 * 0.5 ** np.arange(8) if gaps > 1 else ():
+    totals = shortest_total(part, proportions, largest, iterations=20)
+    for step in 0.1 * 0.4 ** np.arange(6) if gaps > 1 else ():
         centre = proportions[np.argsort(totals)[:10]]
         moved = np.abs(np.repeat(centre, 10, axis=0) + rng.normal(size=(len(centre) * 10, gaps)) * step)
         proportions = np.concatenate([centre, moved / moved.sum(axis=1, keepdims=True)])
-        totals = shortest_total(part, proportions, largest, iterations=30)
+        totals = shortest_total(part, proportions, largest, iterations=20)
     best = float(totals.min())
     return best if np.isfinite(best) else largest
 
