@@ -186,6 +186,7 @@ class _Builder:
         free = tolerance > 0
         lower[index] = np.where(free, np.maximum(lower[index], waypoints - tolerance), waypoints)
         upper[index] = np.where(free, np.minimum(upper[index], waypoints + tolerance), waypoints)
+        self._turn_at_limits(lower, upper)
         for side, knot in ((0, 0), (1, layout.segments)):
             for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
                 given = getattr(task.boundary, name)
@@ -197,6 +198,19 @@ class _Builder:
                     continue
                 index = layout.state(knot, joints, order)
                 lower[index] = upper[index] = value
+
+    def _turn_at_limits(self, lower: Array, upper: Array) -> None:
+        """Fix the velocity at inner waypoints that lie on a position limit: passing them with speed would cross it."""
+        layout, task = self.layout, self.task
+        position = task.limits.get("position")
+        for waypoint in range(1, task.gaps):
+            at = task.waypoints[waypoint, layout.moving]
+            low = np.maximum(position[waypoint - 1, 0], position[waypoint, 0])[layout.moving]
+            high = np.minimum(position[waypoint - 1, 1], position[waypoint, 1])[layout.moving]
+            exact = np.asarray(task.tolerance)[waypoint, layout.moving] == 0
+            touching = np.flatnonzero(exact & ((at <= low) | (at >= high)))
+            index = layout.state(waypoint * layout.per_gap, touching, 1)
+            lower[index] = upper[index] = 0.0
 
     # Rows ----------------------------------------------------------------------------------------------------
 
