@@ -5,6 +5,7 @@ from __future__ import annotations
 from ocp_traj.robot.additions import Friction, Payload
 from ocp_traj.robot.dh import robot_from_dh
 from ocp_traj.robot.inverse_kinematics.poses import solve_poses
+from ocp_traj.robot.moveit import limits_from_moveit
 from ocp_traj.robot.packaged import load_robot, robot_names
 from ocp_traj.robot.robot import Robot
 from ocp_traj.robot.urdf import robot_from_urdf
@@ -13,6 +14,7 @@ __all__ = [
     "Friction",
     "Payload",
     "Robot",
+    "limits_from_moveit",
     "load_robot",
     "robot_from_dh",
     "robot_from_urdf",

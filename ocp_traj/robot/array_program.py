@@ -7,7 +7,7 @@ whose operands are rows of one work array, so a block stays in the processor's c
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import casadi as ca
 import numpy as np
@@ -97,14 +97,17 @@ class ArrayProgram:
             expected = ", ".join(f"(N, {rows})" for rows in self.rows_in)
             raise InputError(f"inputs have shapes {shapes}, expected {expected}")
         outputs = tuple(np.empty((rows, count)) for rows in self.rows_out)
-        transposed = [array.T for array in inputs]
+        self.run_columns([array.T for array in inputs], outputs)
+        return tuple(np.ascontiguousarray(array.T) for array in outputs)
+
+    def run_columns(self, inputs: Sequence[Array], outputs: Sequence[Array]) -> None:
+        """Write the outputs, each (rows, N), of inputs (rows, N): one point a column, nothing checked or copied."""
+        count = outputs[0].shape[1]
         work = np.empty((self.registers, min(self.block, count)))
         for start in range(0, count, self.block):
             part = slice(start, min(start + self.block, count))
-            size = part.stop - part.start
-            arguments = [array[:, part] for array in (*transposed, *outputs)]
-            self._run(work[:, :size], *arguments)
-        return tuple(np.ascontiguousarray(array.T) for array in outputs)
+            arguments = [array[:, part] for array in (*inputs, *outputs)]
+            self._run(work[:, : part.stop - part.start], *arguments)
 
 
 def _statement(

@@ -213,6 +213,31 @@ CASADI_SYMBOL_EXPORT int evaluate_rows(long count, const double** inputs, double
   }}
   return 0;
 }}
+
+CASADI_SYMBOL_EXPORT int evaluate_columns(long count, const double** inputs, double** outputs, const long* strides,
+                                          double* w) {{
+  const double* arg[{arguments}];
+  double* res[{results}];
+  casadi_int iw[{integers}];
+  static const long rows_in[] = {{{rows_in}}}, rows_out[] = {{{rows_out}}};
+  double point[{total}];
+  long i, k, row;
+  for (i = 0; i < count; ++i) {{
+    double* next = point;
+    for (k = 0; k < {n_in}; ++k) {{
+      arg[k] = next;
+      for (row = 0; row < rows_in[k]; ++row) *next++ = inputs[k][row * strides[k] + i];
+    }}
+    for (k = 0; k < {n_out}; ++k) {{
+      res[k] = next;
+      next += rows_out[k];
+    }}
+    if ({name}(arg, res, iw, w, 0)) return 1;
+    for (k = 0; k < {n_out}; ++k)
+      for (row = 0; row < rows_out[k]; ++row) outputs[k][row * strides[{n_in} + k] + i] = res[k][row];
+  }}
+  return 0;
+}}
 """
 
 
@@ -242,10 +267,13 @@ class CompiledProgram:
             integers=max(1, function.sz_iw()),
             rows_in=", ".join(map(str, self.rows_in)),
             rows_out=", ".join(map(str, self.rows_out)),
+            total=max(1, sum(self.rows_in) + sum(self.rows_out)),
         )
         library = ctypes.CDLL(str(_library(_sources([function], driver), optimize=2)))
         self._evaluate = library.evaluate_rows
         self._evaluate.argtypes = [ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p]
+        self._evaluate_columns = library.evaluate_columns
+        self._evaluate_columns.argtypes = [ctypes.c_long, *[ctypes.c_void_p] * 4]
         self._work = np.empty(max(1, function.sz_w()))
 
     def __call__(self, *inputs: Array) -> tuple[Array, ...]:
@@ -265,6 +293,25 @@ class CompiledProgram:
         outputs = tuple(np.empty((count, rows)) for rows in self.rows_out)
         self._evaluate(count, _addresses(given), _addresses(outputs), self._work.ctypes.data)
         return outputs
+
+    def run_columns(self, inputs: Sequence[Array], outputs: Sequence[Array]) -> None:
+        """Write the outputs, each (rows, N), of inputs (rows, N), one point a column.
+
+        Raises
+        ------
+        InputError
+            A row is not contiguous doubles.
+        """
+        arrays = (*inputs, *outputs)
+        count = outputs[0].shape[1]
+        # The step along a row says nothing where a row has one entry.
+        if any(array.dtype != np.float64 or (count > 1 and array.strides[1] != 8) for array in arrays):
+            raise InputError(
+                "the arrays of columns have rows that are not contiguous doubles, expected such rows"
+            )
+        strides = (ctypes.c_long * len(arrays))(*(array.strides[0] // array.itemsize for array in arrays))
+        work = self._work.ctypes.data
+        self._evaluate_columns(count, _addresses(inputs), _addresses(outputs), strides, work)
 
 
 def _addresses(arrays: Sequence[Array]) -> ctypes.Array[ctypes.c_void_p]:

@@ -16,34 +16,23 @@ from ocp_traj.exceptions import InputError
 if TYPE_CHECKING:
     from ocp_traj.robot.robot import Robot
 
-_QUANTITIES = ("velocity", "acceleration", "jerk")
+# MoveIt's word for a quantity, and ours.
+_FILE_NAMES = {
+    "position": "position",
+    "velocity": "velocity",
+    "acceleration": "acceleration",
+    "jerk": "jerk",
+    "effort": "torque",
+}
 
 
-@dataclass(frozen=True)
-class MoveItLimits:
-    """Limits of a robot's joints, lower and upper in rad and s (m for prismatic joints).
-
-    Attributes
-    ----------
-    position, velocity, acceleration, jerk, torque : (2, n)
-        Infinite where there is none.
-    """
-
-    position: Array
-    velocity: Array
-    acceleration: Array
-    jerk: Array
-    torque: Array
-
-
-def limits_from_moveit(path: str | Path, robot: Robot) -> MoveItLimits:
-    """Return the limits of a robot's joints from a MoveIt ``joint_limits.yaml``.
+def limits_from_moveit(path: str | Path, robot: Robot) -> dict[str, Array]:
+    """Return what a MoveIt ``joint_limits.yaml`` limits: for each quantity (2, n), lower and upper, in SI.
 
     The file's ``has_..._limits`` switches are obeyed, its default scaling factors are applied to velocity and
-    acceleration, ``max_effort`` gives the torque, and values tagged ``!degrees`` or ``!radians`` are
-    understood. A missing ``min_velocity`` (and so on) is minus the maximum. Joints of the file that the robot
-    has not are left aside; joints the file has not keep the robot's own position, velocity and torque limits,
-    as do quantities whose switch is not set.
+    acceleration, ``max_effort`` gives the torque, and values tagged ``!degrees`` or ``!radians`` are understood.
+    A missing ``min_velocity`` (and so on) is minus the maximum. Joints of the file that the robot has not are left
+    aside; joints whose switch is not set keep the robot's own position, velocity and torque limits.
 
     Parameters
     ----------
@@ -51,11 +40,17 @@ def limits_from_moveit(path: str | Path, robot: Robot) -> MoveItLimits:
     robot : Robot
         Gives the joints' names and order, and its limits where the file has none.
 
+    Returns
+    -------
+    dict
+        Keys among "position", "velocity", "acceleration", "jerk", "torque", only those the file says something
+        about; rad and s, m for prismatic joints, N m; infinite where there is no limit.
+
     Raises
     ------
     InputError
-        The file is missing, no YAML, has no ``joint_limits``, names none of the robot's joints, or a value is
-        no number or of the wrong sign; names the joint and the key.
+        The file is missing, no YAML, has no ``joint_limits``, names none of the robot's joints, or a value is no
+        number or of the wrong sign; names the joint and the key.
     """
     content = _read(Path(path))
     joints = content.get("joint_limits")
@@ -65,25 +60,34 @@ def limits_from_moveit(path: str | Path, robot: Robot) -> MoveItLimits:
         raise InputError(
             f"{path} names the joints {', '.join(map(str, joints))}, none of which robot {robot.name!r} has"
         )
-    limits = {name: _unlimited(robot.n) for name in ("acceleration", "jerk")}
-    limits["position"] = robot.position_limits.copy()
-    limits["velocity"] = robot.velocity_limits.copy()
-    limits["torque"] = robot.torque_limits.copy()
+    limits: dict[str, Array] = {}
     for index, name in enumerate(robot.joint_names):
-        entry = joints.get(name)
-        if isinstance(entry, dict):
-            _apply(limits, index, _Entry(str(path), name, entry))
+        values = joints.get(name)
+        if not isinstance(values, dict):
+            continue
+        entry = _Entry(str(path), name, values)
+        for quantity in filter(entry.has, _FILE_NAMES):
+            ours = _FILE_NAMES[quantity]
+            limits.setdefault(ours, _robots_own(robot, ours))[:, index] = entry.bounds(quantity)
     for quantity in ("velocity", "acceleration"):
-        key = f"default_{quantity}_scaling_factor"
-        scale = _number(str(path), "the file", key, content.get(key, 1.0))
-        if not 0.0 < scale <= 1.0:
-            raise InputError(f"{path}: {key} is {scale}, expected a number above 0 and at most 1")
-        limits[quantity] = limits[quantity] * scale
-    return MoveItLimits(**limits)
+        scale = _scaling_factor(str(path), quantity, content)
+        if scale != 1.0:
+            limits[quantity] = scale * limits.get(quantity, _robots_own(robot, quantity))
+    return limits
 
 
-def _unlimited(n: int) -> Array:
-    return np.array([[-np.inf] * n, [np.inf] * n])
+def _scaling_factor(path: str, quantity: str, content: dict[str, Any]) -> float:
+    key = f"default_{quantity}_scaling_factor"
+    scale = _number(path, "the file", key, content.get(key, 1.0))
+    if not 0.0 < scale <= 1.0:
+        raise InputError(f"{path}: {key} is {scale}, expected a number above 0 and at most 1")
+    return scale
+
+
+def _robots_own(robot: Robot, quantity: str) -> Array:
+    """Return a copy of the robot's limits (2, n) of a quantity, infinite where it has none."""
+    own = getattr(robot, f"{quantity}_limits", None)
+    return np.array([[-np.inf] * robot.n, [np.inf] * robot.n]) if own is None else own.copy()
 
 
 @dataclass(frozen=True)
@@ -112,14 +116,6 @@ class _Entry:
         if key not in self.values:
             raise InputError(f"{self.path}: joint {self.joint!r} has no {key} though its switch is on")
         return _number(self.path, f"joint {self.joint!r}", key, self.values[key])
-
-
-def _apply(limits: dict[str, Array], index: int, entry: _Entry) -> None:
-    for quantity in ("position", *_QUANTITIES):
-        if entry.has(quantity):
-            limits[quantity][:, index] = entry.bounds(quantity)
-    if entry.has("effort"):
-        limits["torque"][:, index] = entry.bounds("effort")
 
 
 def _number(path: str, where: str, key: str, value: Any) -> float:

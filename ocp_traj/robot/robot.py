@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import logging
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -184,9 +185,8 @@ class Robot:
         self._require_inertia()
         return inverse_dynamics_function(self.links, np.array(self.model.gravity.linear), self.friction)
 
-    @cached_property
     def inverse_dynamics_from_pinocchio(self) -> ca.Function:
-        """The same function as `inverse_dynamics`, built by Pinocchio's own CasADi binding.
+        """Return the same function as `inverse_dynamics`, built by Pinocchio's own CasADi binding.
 
         Raises
         ------
@@ -221,8 +221,7 @@ class Robot:
         """
         from ocp_traj.robot.kinematics import pose_function
 
-        joint, placement = self.frame_placement(frame)
-        return pose_function(self.links, joint - 1, placement, self.base_placement)
+        return self._frame_function(pose_function, frame)
 
     def frame_velocity(self, frame: str | None = None) -> ca.Function:
         """Return the CasADi function (q, v) -> linear velocity (3,) of a frame's origin in base axes, m/s.
@@ -234,8 +233,19 @@ class Robot:
         """
         from ocp_traj.robot.kinematics import velocity_function
 
-        joint, placement = self.frame_placement(frame)
-        return velocity_function(self.links, joint - 1, placement, self.base_placement)
+        return self._frame_function(velocity_function, frame)
+
+    def _frame_function(self, build: Callable[..., ca.Function], frame: str | None) -> ca.Function:
+        """Return what `build` makes of a frame, made once."""
+        key = (build.__name__, self.tool if frame is None else frame)
+        if key not in self._frame_functions:
+            joint, placement = self.frame_placement(frame)
+            self._frame_functions[key] = build(self.links, joint - 1, placement, self.base_placement)
+        return self._frame_functions[key]
+
+    @cached_property
+    def _frame_functions(self) -> dict[tuple[str, str], ca.Function]:
+        return {}
 
     @cached_property
     def _data(self) -> Any:
@@ -273,6 +283,22 @@ class Robot:
         """
         q, v, a = self._rows(q, v, a)
         return self._program(q, v, a)[0]
+
+    def torque_columns(self, q: Array, v: Array, a: Array, out: Array) -> None:
+        """Write the torques of many states, one a column: `torque_batch` without transposing, for populations.
+
+        Parameters
+        ----------
+        q, v, a, out : (n, N)
+            Arrays of doubles whose rows are contiguous.
+
+        Raises
+        ------
+        RobotError
+            The robot has no link masses.
+        """
+        self._require_inertia()
+        self._program.run_columns((q, v, a), (out,))
 
     @cached_property
     def _program(self) -> ArrayProgram | CompiledProgram:

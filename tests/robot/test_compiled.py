@@ -167,6 +167,30 @@ def test_batch_programs_equal_the_interpreter_bit_by_bit(kind: str, count: int) 
 
 
 @pytest.mark.parametrize("kind", ["numpy", pytest.param("compiled", marks=needs_compiler)])
+@pytest.mark.parametrize("count", [1, 5000])
+def test_points_in_columns_give_the_same_as_points_in_rows(kind: str, count: int) -> None:
+    function = small_function()
+    program = ArrayProgram(function) if kind == "numpy" else CompiledProgram(function)
+    x, y = points(count)
+    expected = program(x, y)
+    inputs = [np.ascontiguousarray(x.T), np.ascontiguousarray(y.T)]
+    wide = np.full((3, count + 4), -1.0)  # rows may be parts of longer ones
+    outputs = [wide[:, :count], np.empty((2, count))]
+    program.run_columns(inputs, outputs)
+    np.testing.assert_array_equal(outputs[0].T, expected[0])
+    np.testing.assert_array_equal(outputs[1].T, expected[1])
+    assert np.all(wide[:, count:] == -1.0)
+
+
+@needs_compiler
+def test_columns_of_other_numbers_than_doubles_are_refused() -> None:
+    program = CompiledProgram(small_function())
+    x, y = points(3)
+    with pytest.raises(InputError, match="not contiguous doubles"):
+        program.run_columns([x.T, y.T], [np.empty((3, 3)), np.empty((2, 3))])
+
+
+@pytest.mark.parametrize("kind", ["numpy", pytest.param("compiled", marks=needs_compiler)])
 def test_batch_programs_refuse_wrong_shapes(kind: str) -> None:
     program = ArrayProgram(small_function()) if kind == "numpy" else CompiledProgram(small_function())
     with pytest.raises(InputError, match=r"expected \(N, 2\), \(N, 2\)"):
@@ -208,3 +232,6 @@ def test_a_robot_gives_the_same_torque_with_and_without_a_compiler(monkeypatch: 
     monkeypatch.setenv("OCP_TRAJ_NO_COMPILER", "1")
     second = replace(load_robot("ur5")).torque_batch(q, v, a)
     np.testing.assert_array_equal(first, second)
+    columns = np.empty((6, 100))
+    load_robot("ur5").torque_columns(*(np.ascontiguousarray(array.T) for array in (q, v, a)), out=columns)
+    np.testing.assert_array_equal(columns.T, first)

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from ocp_traj.exceptions import InputError
-from ocp_traj.robot import load_robot
-from ocp_traj.robot.moveit import limits_from_moveit
+from ocp_traj.robot import limits_from_moveit, load_robot
 
 FILE = """
 default_velocity_scaling_factor: 0.5
@@ -48,16 +47,25 @@ def write(folder: Path, text: str) -> Path:
 def test_switches_scaling_and_units_are_obeyed(tmp_path: Path) -> None:
     robot = load_robot("ur5")
     limits = limits_from_moveit(write(tmp_path, FILE), robot)
-    np.testing.assert_allclose(limits.velocity[:, 0], [-1.5, 1.5])
-    np.testing.assert_allclose(limits.velocity[:, 2], [-0.5, 1.0])
-    np.testing.assert_allclose(limits.velocity[:, 1], 0.5 * robot.velocity_limits[:, 1])
-    np.testing.assert_allclose(limits.acceleration[:, 0], [-1.0, 1.0])
-    assert np.all(np.isinf(limits.acceleration[:, 1:]))
-    np.testing.assert_allclose(limits.jerk[:, 0], [-100.0, 100.0])
-    np.testing.assert_allclose(limits.position[:, 0], [-np.pi, np.pi / 2])
-    np.testing.assert_allclose(limits.position[:, 1:], robot.position_limits[:, 1:])
-    np.testing.assert_allclose(limits.torque[:, 0], [-40.0, 40.0])
-    np.testing.assert_allclose(limits.torque[:, 1:], robot.torque_limits[:, 1:])
+    np.testing.assert_allclose(limits["velocity"][:, 0], [-1.5, 1.5])
+    np.testing.assert_allclose(limits["velocity"][:, 2], [-0.5, 1.0])
+    np.testing.assert_allclose(limits["velocity"][:, 1], 0.5 * robot.velocity_limits[:, 1])
+    np.testing.assert_allclose(limits["acceleration"][:, 0], [-1.0, 1.0])
+    assert np.all(np.isinf(limits["acceleration"][:, 1:]))
+    np.testing.assert_allclose(limits["jerk"][:, 0], [-100.0, 100.0])
+    np.testing.assert_allclose(limits["position"][:, 0], [-np.pi, np.pi / 2])
+    np.testing.assert_allclose(limits["position"][:, 1:], robot.position_limits[:, 1:])
+    np.testing.assert_allclose(limits["torque"][:, 0], [-40.0, 40.0])
+    np.testing.assert_allclose(limits["torque"][:, 1:], robot.torque_limits[:, 1:])
+
+
+def test_only_what_the_file_speaks_of_is_returned(tmp_path: Path) -> None:
+    robot = load_robot("ur5")
+    text = "joint_limits:\n  elbow_joint:\n    has_velocity_limits: true\n    max_velocity: 1.0\n"
+    limits = limits_from_moveit(write(tmp_path, text), robot)
+    assert set(limits) == {"velocity"}
+    assert limits["velocity"][1].tolist() == [3.15, 3.15, 1.0, 3.2, 3.2, 3.2]
+    assert robot.velocity_limits[1, 2] == 3.15  # the robot's own are untouched
 
 
 JOINT = "joint_limits:\n  elbow_joint:\n    has_velocity_limits: true\n"

@@ -235,10 +235,10 @@ def test_pinocchio_casadi_is_used_where_it_imports_and_missed_clearly_elsewhere(
         import pinocchio.casadi  # noqa: F401
     except ImportError:
         with pytest.raises(UnavailableError, match=r"pinocchio.casadi cannot be imported.*conda-forge"):
-            _ = robot.inverse_dynamics_from_pinocchio
+            robot.inverse_dynamics_from_pinocchio()
         return
     q, v, a = np.random.default_rng(7).standard_normal((3, 6))
-    found = np.array(robot.inverse_dynamics_from_pinocchio(q, v, a)).ravel()
+    found = np.array(robot.inverse_dynamics_from_pinocchio()(q, v, a)).ravel()
     np.testing.assert_allclose(found, robot.torque(q[None], v[None], a[None])[0], atol=1e-10)
 
 
