@@ -54,7 +54,42 @@ napoleon_preprocess_types = False
 copybutton_exclude = ".linenos, .gp, .go"
 copybutton_prompt_text = "$ "
 
+READING_ORDER = (
+    "first_motion",
+    "virtual_knots",
+    "torque_limits",
+    "time_against_energy",
+    "smoothness",
+    "moving_ends",
+    "waypoint_tolerances",
+    "cartesian_helix",
+    "your_own_urdf",
+    "dh_robot",
+    "gradient_against_swarms",
+    "references",
+    "published_result",
+    "export_to_ros2",
+    "scale_out_with_dask",
+    "own_objective_and_limit",
+    "own_solver",
+    "own_family",
+)
+
+
+class ReadingOrder:
+    """Sorts the examples from the first motion to extensions; those not named come last."""
+
+    def __init__(self, folder: str) -> None:
+        self.folder = folder
+
+    def __call__(self, file: str) -> tuple[int, str]:
+        stem = file.removesuffix(".py")
+        place = READING_ORDER.index(stem) if stem in READING_ORDER else len(READING_ORDER)
+        return place, stem
+
+
 sphinx_gallery_conf = {
+    "within_subsection_order": ReadingOrder,
     "examples_dirs": "../examples",
     "gallery_dirs": "auto_examples",
     "filename_pattern": r".*",

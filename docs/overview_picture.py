@@ -55,7 +55,15 @@ def main() -> None:
     for joint in range(1, published.n):
         lines.plot(t, best.trajectory(t, derivative=2)[:, joint] / limit[joint], label=f"joint {joint + 1}")
     lines.set(xlabel="time, s", ylabel="acceleration / limit", ylim=(-1.15, 1.15))
-    lines.legend(fontsize=8, ncol=5, loc="upper center", bbox_to_anchor=(0.5, 1.14), frameon=False)
+    lines.legend(
+        fontsize=8,
+        ncol=5,
+        columnspacing=0.9,
+        handlelength=1.4,
+        loc="upper center",
+        bbox_to_anchor=(0.5, 1.14),
+        frameon=False,
+    )
     for axis in (bars, lines):
         axis.spines[["top", "right"]].set_visible(False)
     figure.tight_layout()

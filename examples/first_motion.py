@@ -27,7 +27,7 @@ print(result.audit)
 # %%
 # Any derivative at any time: the trajectory is an exact piecewise polynomial.
 t = np.linspace(0.0, result.duration, 400)
-figure, axes = plt.subplots(2, 1, sharex=True, figsize=(7, 5))
+figure, axes = plt.subplots(2, 1, layout="constrained", sharex=True, figsize=(7, 5))
 axes[0].plot(t, result.trajectory(t, derivative=1))
 axes[0].set_ylabel("velocity, rad/s")
 axes[1].plot(t, result.trajectory(t, derivative=2))

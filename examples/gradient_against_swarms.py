@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 import ocp_traj as ot
 
 task = ot.load_case("machines-2024-490")
-figure, axis = plt.subplots(figsize=(7, 4))
+figure, axis = plt.subplots(layout="constrained", figsize=(7, 4))
 results = {}
 for name in ("ipopt", "pso", "ssa", "ssa-debiased"):
     result = results[name] = ot.solve(task, name, seed=0, budget=3000)

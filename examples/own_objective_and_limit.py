@@ -34,7 +34,7 @@ for name, result in results.items():
 
 # %%
 # Joint 1 decides the duration, so the shelf costs no time: the other joints go round it.
-figure, axis = plt.subplots(figsize=(6, 3.5))
+figure, axis = plt.subplots(layout="constrained", figsize=(6, 3.5))
 highest = {}
 for name, result in results.items():
     t = np.linspace(0.0, result.duration, 300)

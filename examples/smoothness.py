@@ -12,7 +12,7 @@ import numpy as np
 
 import ocp_traj as ot
 
-figure, axes = plt.subplots(3, 1, sharey=True, figsize=(7, 6))
+figure, axes = plt.subplots(3, 1, layout="constrained", sharey=True, figsize=(7, 6))
 found = {}
 for axis, family in zip(axes, ("cubic", "quintic", "septic")):
     task = ot.load_case("zou-2024-eight-points", [f"spline.family={family}"])

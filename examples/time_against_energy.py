@@ -23,7 +23,7 @@ for duration in durations:
     print(f"at most {duration:.1f} s: {result.energy:.3f} J in {result.duration:.3f} s")
 
 # %%
-figure, axis = plt.subplots(figsize=(6, 3.5))
+figure, axis = plt.subplots(layout="constrained", figsize=(6, 3.5))
 axis.plot(durations, energies, "o-")
 axis.set_xlabel("allowed duration, s")
 axis.set_ylabel("energy, J")

@@ -21,7 +21,7 @@ for name, result in results.items():
 
 # %%
 # Joint 2 carries the arm; its torque is the one that decides.
-figure, axis = plt.subplots(figsize=(7, 3.5))
+figure, axis = plt.subplots(layout="constrained", figsize=(7, 3.5))
 for name, result in results.items():
     t = np.linspace(0.0, result.duration, 500)
     q, v, a = (result.trajectory(t, derivative=order) for order in range(3))

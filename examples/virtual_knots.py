@@ -21,7 +21,7 @@ for count in knots:
     print(f"{count} virtual knots: {result.duration:.4f} s in {result.solution.solve_time:.3f} s of solving")
 
 # %%
-figure, axis = plt.subplots(figsize=(6, 3.5))
+figure, axis = plt.subplots(layout="constrained", figsize=(6, 3.5))
 axis.plot(knots, durations, "o-", label="cubic spline")
 axis.axhline(1.4839, color="black", linewidth=0.8, label="shortest motion with these limits")
 axis.set_xlabel("virtual knots in every gap")

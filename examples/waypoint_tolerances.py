@@ -23,7 +23,7 @@ for tolerance in tolerances:
     print(f"within {np.rad2deg(tolerance):4.1f} deg: {result.duration:.4f} s")
 
 # %%
-figure, axis = plt.subplots(figsize=(6, 3.5))
+figure, axis = plt.subplots(layout="constrained", figsize=(6, 3.5))
 axis.plot(np.rad2deg(tolerances), durations, "o-")
 axis.set_xlabel("tolerance at the inner waypoints, deg")
 axis.set_ylabel("duration, s")

@@ -188,6 +188,27 @@ def test_locked_joints_of_a_urdf_survive_writing(tmp_path: Path) -> None:
     assert ot.task_digest(copy) == ot.task_digest(task)
 
 
+def test_limits_come_from_a_moveit_file_unless_the_case_has_its_own(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(URDF)
+    (tmp_path / "limits.yaml").write_text(
+        "joint_limits:\n  turn: {has_velocity_limits: true, max_velocity: 1.5,"
+        " has_acceleration_limits: true, max_acceleration: 4.0}\n"
+    )
+    text = 'schema = 1\nname = "one"\nrobot.urdf = "arm.urdf"\nwaypoints.joints = [[0.0], [1.0]]\n'
+    text += '[limits]\nmoveit = "limits.yaml"\nunit = "deg"\n'
+    task = read(text, folder=tmp_path)
+    assert np.asarray(task.limits.velocity)[0, 1, 0] == 1.5
+    assert np.asarray(task.limits.acceleration)[0, 0, 0] == -4.0
+    own = read(text + "velocity = 45.0\n", folder=tmp_path)
+    assert np.asarray(own.limits.velocity)[0, 1, 0] == np.deg2rad(45.0)
+    assert np.asarray(own.limits.acceleration)[0, 1, 0] == 4.0
+    (tmp_path / "limits.yaml").write_text("joint_limits: {bend: {max_velocity: 1}}")
+    with pytest.raises(CaseError, match=r"limits\.moveit: .*names the joints bend, none of which"):
+        read(text, folder=tmp_path)
+    with pytest.raises(CaseError, match=r"limits\.moveit: '\.\./x\.yaml' leads out of the case's folder"):
+        read(text.replace("limits.yaml", "../x.yaml"), folder=tmp_path)
+
+
 def test_a_path_set_by_hand_may_lead_anywhere(tmp_path: Path) -> None:
     (tmp_path / "arm.urdf").write_text(URDF)
     (tmp_path / "case").mkdir()

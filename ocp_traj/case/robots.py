@@ -13,7 +13,7 @@ import numpy as np
 from ocp_traj.arrays import Array
 from ocp_traj.case.section import Section, did_you_mean
 from ocp_traj.case.toml_files import MAX_BYTES
-from ocp_traj.exceptions import RobotError, TaskError
+from ocp_traj.exceptions import CaseError, InputError, TaskError
 from ocp_traj.task import Motor
 
 if TYPE_CHECKING:
@@ -71,7 +71,9 @@ def robot_errors(section: Section, name: str) -> Iterator[None]:
     """Turn what the robot layer refuses into an error that names file and key."""
     try:
         yield
-    except RobotError as error:
+    except CaseError:
+        raise
+    except InputError as error:
         raise section.error(name, str(error)) from error
 
 
