@@ -274,7 +274,7 @@ class CompiledProgram:
         self._evaluate.argtypes = [ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p]
         self._evaluate_columns = library.evaluate_columns
         self._evaluate_columns.argtypes = [ctypes.c_long, *[ctypes.c_void_p] * 4]
-        self._work = np.empty(max(1, function.sz_w()))
+        self._work_size = max(1, function.sz_w())
 
     def __call__(self, *inputs: Array) -> tuple[Array, ...]:
         """Return the outputs, each (N, rows), of inputs (N, rows).
@@ -291,7 +291,8 @@ class CompiledProgram:
             raise InputError(f"inputs have shapes {shapes}, expected {expected}")
         given = [np.ascontiguousarray(array, dtype=np.float64) for array in inputs]
         outputs = tuple(np.empty((count, rows)) for rows in self.rows_out)
-        self._evaluate(count, _addresses(given), _addresses(outputs), self._work.ctypes.data)
+        work = np.empty(self._work_size)  # of this call: other threads may be in the library as well
+        self._evaluate(count, _addresses(given), _addresses(outputs), work.ctypes.data)
         return outputs
 
     def run_columns(self, inputs: Sequence[Array], outputs: Sequence[Array]) -> None:
@@ -310,8 +311,8 @@ class CompiledProgram:
                 "the arrays of columns have rows that are not contiguous doubles, expected such rows"
             )
         strides = (ctypes.c_long * len(arrays))(*(array.strides[0] // array.itemsize for array in arrays))
-        work = self._work.ctypes.data
-        self._evaluate_columns(count, _addresses(inputs), _addresses(outputs), strides, work)
+        work = np.empty(self._work_size)
+        self._evaluate_columns(count, _addresses(inputs), _addresses(outputs), strides, work.ctypes.data)
 
 
 def _addresses(arrays: Sequence[Array]) -> ctypes.Array[ctypes.c_void_p]:
