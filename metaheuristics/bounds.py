@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from metaheuristics.arrays import FloatArray
+from metaheuristics.arrays import BoolArray, FloatArray
 
 BOUND_RULES = ("clip", "reflect", "resample")
 
@@ -47,8 +47,8 @@ def reflect(X: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
     outside = (lower > X) | (upper < X)
     if np.count_nonzero(outside):
         outside &= np.isfinite(X)
-        low = np.broadcast_to(lower, X.shape)[outside]
-        width = np.broadcast_to(upper, X.shape)[outside] - low
+        low = _pick(lower, outside)
+        width = _pick(upper, outside) - low
         period = np.where(width > 0.0, 2.0 * width, 1.0)
         X[outside] = low + (width - np.abs(np.mod(X[outside] - low, period) - width))
     return clip(X, lower, upper)
@@ -74,8 +74,8 @@ def resample(X: FloatArray, lower: FloatArray, upper: FloatArray, rng: np.random
     outside = ~((lower <= X) & (upper >= X))
     count = np.count_nonzero(outside)
     if count:
-        low = np.broadcast_to(lower, X.shape)[outside]
-        X[outside] = low + (np.broadcast_to(upper, X.shape)[outside] - low) * rng.random(count)
+        low = _pick(lower, outside)
+        X[outside] = low + (_pick(upper, outside) - low) * rng.random(count)
     return clip(X, lower, upper)
 
 
@@ -96,3 +96,9 @@ def repair(
     if rule == "resample":
         return resample(X, lower, upper, rng)
     raise ValueError(f"The bound rule is {rule!r}, expected one of {', '.join(BOUND_RULES)}.")
+
+
+def _pick(bound: FloatArray, outside: BoolArray) -> FloatArray:
+    """Return the bounds (d,) or (p, d) of the coordinates marked in (p, d), one a mark."""
+    full = bound if bound.ndim == 2 else np.broadcast_to(bound, outside.shape)
+    return full[outside]

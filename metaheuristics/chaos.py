@@ -70,7 +70,7 @@ def draw_logistic_sine(
 
     x' = sin(pi (4 a x (1 - x) + (1 - a) sin(pi y))), y' = sin(pi (4 a y (1 - y) + (1 - a) sin(pi x'))).
     The sine's value may be negative where its argument exceeds pi; then its absolute value is taken, so that
-    the orbit stays in [0, 1] (our reading: the print does not say).
+    the orbit stays in [0, 1] (our reading: the print does not say). The numbers crowd near 1.
 
     Parameters
     ----------

@@ -11,6 +11,7 @@ from metaheuristics.arrays import FloatArray
 from metaheuristics.improved_tent import find_share
 from metaheuristics.optimizer import INITIAL_PHASE
 from metaheuristics.ordering import NonDominated, Ordering
+from metaheuristics.recorder import find_deviation
 from metaheuristics.sparrow_search import LARGEST_EXPONENT, PRODUCERS, SparrowSearch, SparrowState
 
 OPPOSITION = -2
@@ -146,7 +147,7 @@ class EliteSparrowSearch(SparrowSearch):
         x = state.positions[best : best + 1]
         shape = (1, x.shape[1] if self.mutation == "coordinate" else 1)
         jump = (1.0 - late) * s * rng.standard_cauchy(shape) + late * s * rng.standard_normal(shape)
-        mutant: FloatArray = x + (state.positions.std(axis=0) if self.debiased else x) * jump
+        mutant: FloatArray = x + (find_deviation(state.positions) if self.debiased else x) * jump
         return mutant
 
 

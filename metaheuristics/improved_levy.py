@@ -53,7 +53,7 @@ class LevySparrowSearch(SparrowSearch):
     -----
     With ``debiased`` Levy steps multiply the distance to another sparrow instead of the position, and scouts
     take X_r on either side of the best, X_best + (2 r - 1) (ub - lb), where Eq. (48) always takes it on the
-    upper one; the start is uniform, since the map's numbers crowd at the ends of [0, 1].
+    upper one; the start is uniform, since the map's numbers crowd near 1.
     """
 
     coupling: float = 0.9

@@ -111,8 +111,18 @@ def measure_spread(positions: FloatArray, inverse_width: FloatArray) -> float:
     inverse_width
         (d,) 1 / (upper - lower), 0 for a fixed variable.
     """
-    n, d = positions.shape
+    deviation = find_deviation(positions)
+    return float(deviation.dot(inverse_width) / positions.shape[1])
+
+
+def find_deviation(positions: FloatArray) -> FloatArray:
+    """Return the standard deviation of a population (n, d) in each coordinate, (d,).
+
+    By products with a weight vector: `numpy.std` takes four times longer for a small population.
+    """
+    n = positions.shape[0]
     weights = np.full(n, 1.0 / n)
     centred = positions - weights.dot(positions)
     centred *= centred
-    return float(np.sqrt(weights.dot(centred)).dot(inverse_width) / d)
+    deviation: FloatArray = np.sqrt(weights.dot(centred))
+    return deviation

@@ -7,6 +7,8 @@ f_opt + 10^(2 ... -8) reached within a number of evaluations a dimension. Nothin
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,8 +16,8 @@ import pytest
 from metaheuristics import Problem, make_optimizer, minimize
 
 TARGETS = 10.0 ** np.linspace(2.0, -8.0, 51)
-INSTANCES = "1-2"
-EFFORTS = (10, 100, 1000, 2000)
+INSTANCES = "1"
+EFFORTS = (10, 100, 1000)
 """Evaluations a dimension at which the distribution is read; the last is the budget."""
 
 NAMES = (
@@ -35,6 +37,12 @@ NAMES = (
 )
 
 
+def find_least_value(peer: Any) -> float:
+    """Return f_opt; COCO tells the best x only through a file in the working directory."""
+    peer._best_parameter("print")
+    return float(peer(np.loadtxt("._bbob_problem_best_parameter.txt")))
+
+
 def measure_shares(name: str, dimension: int) -> list[float]:
     """Return the share of (function, instance, target) triples reached within each effort."""
     cocoex = pytest.importorskip("cocoex")
@@ -46,7 +54,7 @@ def measure_shares(name: str, dimension: int) -> list[float]:
         )
         rng = np.random.default_rng(peer.index)
         history = minimize(problem, optimizer, budget=EFFORTS[-1] * dimension, rng=rng).history
-        gaps = history.cost - (peer.final_target_fvalue1 - 1e-8)
+        gaps = history.cost - find_least_value(peer)
         for effort in EFFORTS:
             known = gaps[history.evaluations <= effort * dimension]
             reached.append(float((known[-1] <= TARGETS).mean()) if known.size else 0.0)
@@ -55,7 +63,8 @@ def measure_shares(name: str, dimension: int) -> list[float]:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_runtime_distributions(name: str) -> None:
+def test_runtime_distributions(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     for dimension in (2, 5, 10):
         shares = measure_shares(name, dimension)
         print(f"\n| {name} | {dimension} | " + " | ".join(f"{share:.2f}" for share in shares) + " |", end="")

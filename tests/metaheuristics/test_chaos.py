@@ -63,7 +63,7 @@ def test_a_thousand_numbers_in_ten_bins_as_in_figure_1_of_paper_c():
     # The paper's claim holds for Tent, barely: it is at least as even as pseudo-random numbers in the median.
     assert np.median(results["tent"]) <= np.median(results["pseudo-random"])
     assert 6.0 < np.median(results["pseudo-random"]) < 11.0
-    # The logistic map is dense at both ends, whatever the seed; so is the logistic-sine map of paper B.
+    # The logistic map crowds at both ends, the logistic-sine map of paper B near 1, whatever the seed.
     assert results["logistic"].min() > 27.9
     assert results["logistic-sine"].min() > 27.9
 
