@@ -173,6 +173,7 @@ class Gradient(Solver):
             "error_on_fail": False,
             "ipopt.print_level": 0,
             "ipopt.sb": "yes",
+            "ipopt.honor_original_bounds": "yes",  # a waypoint's box is kept to 1e-8, IPOPT relaxes bounds by as much
             "ipopt.mu_strategy": "monotone",
             "ipopt.tol": self.tolerance,
             "ipopt.max_iter": iterations,
