@@ -266,3 +266,14 @@ def test_ratios_do_not_depend_on_the_scale_of_time(seconds: float) -> None:
         assert other.limits[name].ratio == pytest.approx(one.limits[name].ratio, rel=1e-9)
     assert other.boundary_error <= 1e-8
     assert other.waypoint_error <= 1e-8
+
+
+def test_a_jump_is_placed_in_the_gap_that_follows_it() -> None:
+    waypoints = np.array([[0.0], [1.0], [2.0], [3.0], [4.0]])
+    trajectory = clamped_cubic(waypoints, np.ones(4))
+    coefficients = np.pad(trajectory.coefficients, ((0, 0), (0, 0), (0, 2)))
+    coefficients[2, 0] += [0.0, 0.0, 1.0, -3.0, 3.0, -1.0]  # x^2 (1 - x)^3: its acceleration ends at 0
+    broken = Trajectory(trajectory.breakpoints, coefficients, trajectory.waypoint_times)
+    verdict = audit(TrajectoryTask(waypoints, Limits(jerk=1e4), tolerance=9.0), broken)
+    peak = verdict.limits["jerk"]
+    assert (peak.ratio, peak.time, peak.gap) == (np.inf, 2.0, 2)
