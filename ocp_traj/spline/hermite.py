@@ -30,7 +30,9 @@ def hermite_matrix(degree: int) -> Array:
     """
     order = (degree - 1) // 2
     conditions = [derivative_row(degree, j, tau) for tau in (0.0, 1.0) for j in range(order + 1)]
-    return read_only(np.linalg.inv(np.stack(conditions)))
+    # The entries are multiples of 1 / order!; rounding to them takes away the inversion's error.
+    unit = factorial(order)
+    return read_only(np.round(np.linalg.inv(np.stack(conditions)) * unit) / unit)
 
 
 @lru_cache

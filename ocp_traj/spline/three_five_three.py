@@ -26,9 +26,9 @@ class ThreeFiveThree(Family):
         """Return the pieces; see `Family.pieces`."""
         start = [positions[0], ends.start[1], ends.start[2]]
         end = [positions[-1], ends.end[1], ends.end[2]]
-        second = _cubic_end(start, positions[1], durations[0])
+        second = cubic_end(start, positions[1], durations[0])
         # Run the last cubic backwards in time: velocity changes sign, acceleration does not.
-        mirrored = _cubic_end([end[0], -end[1], end[2]], positions[-2], durations[-1])
+        mirrored = cubic_end([end[0], -end[1], end[2]], positions[-2], durations[-1])
         last_but_one = [mirrored[0], -mirrored[1], mirrored[2]]
         inner = EndConditions(
             {1: second[1], 2: second[2]},
@@ -44,7 +44,7 @@ class ThreeFiveThree(Family):
         return [first, *quintics, _cubic_piece(last_but_one, end, durations[-1])]
 
 
-def _cubic_end(start: list[Any], position: Any, h: Any) -> list[Any]:
+def cubic_end(start: list[Any], position: Any, h: Any) -> list[Any]:
     """End state of the cubic with start state (q, v, a) that reaches `position` after h."""
     q, v, a = start
     c = (position - q - v * h - a * h**2 / 2) / h**3

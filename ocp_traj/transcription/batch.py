@@ -1,17 +1,26 @@
-"""A whole population of curves at once: durations to splines, and splines to samples, in NumPy."""
+"""A whole population of curves at once: durations to splines, and splines to samples, in NumPy.
+
+Arrays run over joints first and candidates last, (n, ..., S segments, p candidates): one matrix product a joint
+samples all segments of all candidates, every joint's samples are one contiguous block, and inverse dynamics takes
+those blocks as they are.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from ocp_traj.arrays import Array
-from ocp_traj.spline import Piece, get_family
+from ocp_traj.arrays import Array, read_only
+from ocp_traj.spline import Family, Piece, get_family
+from ocp_traj.spline.family import UniformFamily
 from ocp_traj.spline.hermite import derivative_row, hermite_matrix
+from ocp_traj.spline.three_five_three import ThreeFiveThree, cubic_end
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.transcription.curve import decided_knots, end_conditions
+from ocp_traj.transcription.knot_derivatives import Known, knot_derivatives
 
 
 @dataclass(frozen=True)
@@ -20,64 +29,71 @@ class CurveBatch:
 
     Attributes
     ----------
-    durations : (p, S) of all segments, s
-    groups : tuple of (degree, segments, states)
-        Segments of one degree, with their scaled end states (2 r + 2, segments, p, n).
+    h : (S, p) durations of the segments, s
+    states : (n, degree + 1, S, p)
+        Scaled end states q, h v, h^2 a, ... at the start, then at the end of every segment.
+    degrees : tuple of S int
+        Degree of each segment; a cubic among quintics is held as the quintic it also is.
     """
 
-    durations: Array
-    groups: tuple[tuple[int, Any, Array], ...]
+    h: Array
+    states: Array
+    degrees: tuple[int, ...]
 
-    def sample(self, order: int, fractions: Array) -> Array:
-        """Return a derivative at `fractions` of every segment, (S, N, p, n)."""
-        count, p = self.durations.shape[1], self.durations.shape[0]
-        n = self.groups[0][2].shape[3]
-        values = np.empty((count, len(fractions), p, n))
-        for degree, segments, states in self.groups:
-            rows = sample_rows(degree, order, tuple(fractions))
-            flat = rows @ states.reshape(states.shape[0], -1)
-            values[segments] = np.moveaxis(flat.reshape(len(fractions), len(segments), p, n), 1, 0)
-        if order:
-            values /= (self.durations.T**order)[:, None, :, None]
-        return values
+    @property
+    def degree(self) -> int:
+        """Degree of the states."""
+        return int(self.states.shape[1]) - 1
 
-    def coefficients(self, degree: int, segments: Any, states: Array) -> Array:
-        """Return ascending coefficients in normalised time, (degree + 1, segments, p, n)."""
-        flat = hermite_matrix(degree) @ states.reshape(states.shape[0], -1)
-        return flat.reshape(degree + 1, len(segments), *states.shape[2:])
+    def sample(self, order: int, fractions: tuple[float, ...], out: Array | None = None) -> Array:
+        """Return a derivative at `fractions` of every segment, (n, N, S, p)."""
+        return self.combine(sample_rows(self.degree, order, fractions), order, out)
+
+    def combine(self, rows: Array, order: int, out: Array | None = None) -> Array:
+        """Return rows (N, degree + 1) times the states over h^order, (n, N, S, p)."""
+        states = self.states if order == 0 else self.states * self._inverse_power(order)
+        n, _, segments, p = states.shape
+        out = np.empty((n, len(rows), segments, p)) if out is None else out
+        np.matmul(rows, states.reshape(n, -1, segments * p), out=out.reshape(n, -1, segments * p))
+        return out
+
+    def _inverse_power(self, order: int) -> Array:
+        inverse: Array = 1.0 / self.h
+        return inverse if order == 1 else inverse**order
 
 
-_ROWS: dict[tuple[int, int, tuple[float, ...]], Array] = {}
-
-
+@lru_cache
 def sample_rows(degree: int, order: int, fractions: tuple[float, ...]) -> Array:
     """Return the (N, degree + 1) matrix from scaled end states to derivatives by tau at `fractions`."""
-    key = (degree, order, fractions)
-    if key not in _ROWS:
-        rows = np.stack([derivative_row(degree, order, float(fraction)) for fraction in fractions])
-        _ROWS[key] = rows @ hermite_matrix(degree)
-    return _ROWS[key]
+    rows = np.stack([derivative_row(degree, order, fraction) for fraction in fractions])
+    return read_only(rows @ hermite_matrix(degree))
 
 
-def knot_positions(task: TrajectoryTask, offsets: Array) -> list[Any]:
-    """Return positions at all knots, each (1 or p, n), from offsets (p, virtual knots of all gaps, n).
+@lru_cache
+def elevation_matrix(low: int, high: int) -> Array:
+    """Return the matrix from the scaled end states of degree `low` to those of degree `high`."""
+    order = (high - 1) // 2
+    rows = [derivative_row(low, j, tau) for tau in (0.0, 1.0) for j in range(order + 1)]
+    return read_only(np.stack(rows) @ hermite_matrix(low))
+
+
+def knot_positions(task: TrajectoryTask, offsets: Array) -> Array:
+    """Return positions at all knots, (S + 1, n, p or 1), from offsets (p, virtual knots of all gaps, n).
 
     An offset is measured from the chord between the waypoints, at the knot's share of the gap's segments, in units
-    of half the joint's travel in the case. Positions that the end conditions decide are None.
+    of half the joint's travel in the case. What it says where the end conditions decide the position is ignored.
     """
-    per_gap = task.virtual_knots + 1
+    virtual, per_gap = task.virtual_knots, task.virtual_knots + 1
+    if not virtual:
+        return np.asarray(task.waypoints)[:, :, None]
     half = np.ptp(task.waypoints, axis=0) / 2
-    positions: list[Any] = []
-    for gap in range(task.gaps):
-        start, end = task.waypoints[gap][None, :], task.waypoints[gap + 1][None, :]
-        positions.append(start)
-        for knot in range(1, per_gap):
-            chord = start + (end - start) * (knot / per_gap)
-            positions.append(chord + half * offsets[:, gap * task.virtual_knots + knot - 1])
-    positions.append(task.waypoints[-1][None, :])
-    starts, ends = decided_knots(task)
-    for knot in (*starts, *ends):
-        positions[knot] = None
+    positions = np.empty((task.gaps * per_gap + 1, task.n, offsets.shape[0]))
+    positions[::per_gap] = task.waypoints[:, :, None]
+    rise = np.diff(task.waypoints, axis=0)
+    away = offsets.transpose(1, 2, 0) * half[:, None]
+    for knot in range(1, per_gap):
+        chord = task.waypoints[:-1] + rise * (knot / per_gap)
+        positions[knot::per_gap] = chord[:, :, None] + away[knot - 1 :: virtual]
     return positions
 
 
@@ -89,19 +105,65 @@ def build_curves(task: TrajectoryTask, durations: Array, offsets: Array) -> Curv
     durations : (p, S) s
     offsets : (p, virtual knots, n)
     """
-    columns = [np.ascontiguousarray(durations[:, [k]]) for k in range(durations.shape[1])]
-    pieces = get_family(task.family).pieces(columns, knot_positions(task, offsets), end_conditions(task))
-    shape = (durations.shape[0], task.n)
-    groups = []
-    for degree in sorted({piece.degree for piece in pieces}):
-        segments = np.array([index for index, piece in enumerate(pieces) if piece.degree == degree])
-        groups.append((degree, segments, _stack_states([pieces[index] for index in segments], shape)))
-    return CurveBatch(durations, tuple(groups))
+    family = get_family(task.family)
+    h = np.ascontiguousarray(durations.T)
+    positions = knot_positions(task, offsets)
+    if type(family).pieces is UniformFamily.pieces and not any(decided_knots(task)):
+        start, end = _ends(task)
+        derivatives = knot_derivatives(family.degree, h, positions, start, end)
+        return _uniform_curves(family.degree, h, positions, derivatives)
+    if isinstance(family, ThreeFiveThree):
+        return _three_five_three(task, h, positions)
+    return _curves_of_pieces(task, family, h, positions)
 
 
-def _stack_states(pieces: list[Piece], shape: tuple[int, int]) -> Array:
-    states = np.empty((len(pieces[0].states), len(pieces), *shape))
-    for index, piece in enumerate(pieces):
-        for row, state in enumerate(piece.states):
-            states[row, index] = state
-    return states
+def _ends(task: TrajectoryTask) -> tuple[Known, Known]:
+    ends = end_conditions(task)
+    return tuple({j: value.T for j, value in given.items()} for given in (ends.start, ends.end))  # type: ignore[return-value]
+
+
+def _uniform_curves(degree: int, h: Array, positions: Array, derivatives: Array) -> CurveBatch:
+    order, segments = derivatives.shape[0], len(h)
+    states = np.empty((positions.shape[1], 2 * order + 2, *h.shape))
+    for side in (0, 1):
+        knots = slice(side, segments + side)
+        first = side * (order + 1)
+        states[:, first] = positions[knots].transpose(1, 0, 2)
+        power = h
+        for j in range(1, order + 1):
+            np.multiply(derivatives[j - 1, knots].transpose(1, 0, 2), power, out=states[:, first + j])
+            power = power * h
+    return CurveBatch(h, states, (degree,) * segments)
+
+
+def _three_five_three(task: TrajectoryTask, h: Array, positions: Array) -> CurveBatch:
+    """Velocities and accelerations beside the ends follow from the two cubics, the rest from the quintics."""
+    start, end = _ends(task)
+    segments, n = len(h), task.n
+    derivatives = np.empty((2, segments + 1, n, h.shape[1]))
+    _, v, a = cubic_end([positions[0], start[1], start[2]], positions[1], h[0])
+    # Run the last cubic backwards in time: velocity changes sign, acceleration does not.
+    _, w, b = cubic_end([positions[-1], -end[1], end[2]], positions[-2], h[-1])
+    inner = {1: v, 2: a}, {1: -w, 2: b}
+    derivatives[:, 1:-1] = knot_derivatives(5, h[1:-1], positions[1:-1], *inner)
+    for j in (1, 2):
+        derivatives[j - 1, 0], derivatives[j - 1, -1] = start[j], end[j]
+    curves = _uniform_curves(5, h, positions, derivatives)
+    return CurveBatch(h, curves.states, (3, *(5,) * (segments - 2), 3))
+
+
+def _curves_of_pieces(task: TrajectoryTask, family: Family, h: Array, positions: Array) -> CurveBatch:
+    """Return the curves of any family from its own pieces."""
+    knots: list[Any] = [row.T for row in positions]
+    starts, ends = decided_knots(task)
+    for knot in (*starts, *ends):
+        knots[knot] = None
+    columns = [row[:, None] for row in h]
+    pieces: list[Piece] = family.pieces(columns, knots, end_conditions(task))
+    states = np.empty((task.n, family.degree + 1, *h.shape))
+    for segment, piece in enumerate(pieces):
+        own = np.stack([np.broadcast_to(state, (h.shape[1], task.n)) for state in piece.states])
+        if piece.degree < family.degree:
+            own = np.tensordot(elevation_matrix(piece.degree, family.degree), own, 1)
+        states[:, :, segment] = own.transpose(2, 0, 1)
+    return CurveBatch(h, states, tuple(piece.degree for piece in pieces))

@@ -19,7 +19,7 @@ from ocp_traj.nlp import Nlp, RowBlock
 from ocp_traj.spline import get_family
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
-from ocp_traj.transcription.batch import build_curves
+from ocp_traj.transcription.batch import build_curves, knot_positions
 from ocp_traj.transcription.curve import build_trajectory
 from ocp_traj.transcription.encoding import ENCODINGS
 from ocp_traj.transcription.guess import initial_guess
@@ -95,7 +95,7 @@ class CondensedNlp(Nlp):
         X = np.asarray(x, dtype=np.float64)[None, :]
         curves = build_curves(self.task, self.durations(X), self.offsets(X))
         scale = self._code.scale(curves)[0]
-        return build_trajectory(self.task, curves.durations[0] * scale, self._positions(X))
+        return build_trajectory(self.task, curves.h[:, 0] * scale, self._positions(X))
 
     def encode(self, trajectory: Trajectory) -> Array:
         """Return the variables of a motion of this family with the same number of knots (not clipped)."""
@@ -113,18 +113,7 @@ class CondensedNlp(Nlp):
 
     def _positions(self, X: Array) -> Array:
         """Return the positions at all knots of one candidate, (S + 1, n)."""
-        per_gap = self.task.virtual_knots + 1
-        half = np.ptp(self.task.waypoints, axis=0) / 2
-        offsets = self.offsets(X)[0]
-        rows = []
-        for gap in range(self.task.gaps):
-            start, end = self.task.waypoints[gap], self.task.waypoints[gap + 1]
-            rows.append(start)
-            for knot in range(1, per_gap):
-                chord = start + (end - start) * (knot / per_gap)
-                rows.append(chord + half * offsets[gap * self.task.virtual_knots + knot - 1])
-        rows.append(self.task.waypoints[-1])
-        return np.stack(rows)
+        return knot_positions(self.task, self.offsets(X))[:, :, 0]
 
     @cached_property
     def _symbols(self) -> tuple[Any, Any, Any]:
@@ -138,17 +127,17 @@ class CondensedNlp(Nlp):
         return condensed_symbols(self)
 
     @property
-    def x(self) -> Any:  # type: ignore[override]
+    def x(self) -> Any:
         """Symbol of the variables (d,)."""
         return self._symbols[0]
 
     @property
-    def f(self) -> Any:  # type: ignore[override]
+    def f(self) -> Any:
         """Symbolic cost."""
         return self._symbols[1]
 
     @property
-    def g(self) -> Any:  # type: ignore[override]
+    def g(self) -> Any:
         """Symbolic constraint rows (m,)."""
         return self._symbols[2]
 

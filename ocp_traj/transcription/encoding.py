@@ -13,8 +13,9 @@ from ocp_traj.constraints.torque import TorqueLimit
 from ocp_traj.exceptions import InputError
 from ocp_traj.nlp import RowBlock
 from ocp_traj.transcription.batch import CurveBatch
-from ocp_traj.transcription.rows import CondensedRows, Samples
-from ocp_traj.transcription.scaling import Scaling
+from ocp_traj.transcription.grid import Samples
+from ocp_traj.transcription.rows import CondensedRows
+from ocp_traj.transcription.scaling import SCALABLE_TERMS, Scaling
 
 if TYPE_CHECKING:
     from ocp_traj.transcription.condensed import CondensedNlp
@@ -40,11 +41,10 @@ class Durations:
 
     def bounds(self) -> tuple[Array, Array]:
         """Return lower and upper bounds of the rows g."""
-        lower = [np.broadcast_to(block.lower[:, None, :], block.shape).ravel() for block in self.rows.blocks]
-        upper = [np.broadcast_to(block.upper[:, None, :], block.shape).ravel() for block in self.rows.blocks]
+        sides = [block.row_bounds() for block in self.rows.blocks]
         return (
-            np.concatenate([*lower, [row[2] for row in self.sums]]),
-            np.concatenate([*upper, [row[3] for row in self.sums]]),
+            np.concatenate([*(lower for lower, _ in sides), [row[2] for row in self.sums]]),
+            np.concatenate([*(upper for _, upper in sides), [row[3] for row in self.sums]]),
         )
 
     def labels(self) -> list[RowBlock]:
@@ -53,7 +53,7 @@ class Durations:
 
     def scale(self, curves: CurveBatch) -> Array:
         """Return the factor on the durations, (p,)."""
-        return np.ones(curves.durations.shape[0])
+        return np.ones(curves.h.shape[1])
 
     def evaluate(self, curves: CurveBatch) -> Evaluation:
         """Return cost and violation of a population."""
@@ -61,29 +61,17 @@ class Durations:
         return Evaluation(self._cost(curves, samples), self._violation(curves, samples))
 
     def _cost(self, curves: CurveBatch, samples: Samples) -> Array:
-        cost = self.task.objective.time * curves.durations.sum(axis=1)
+        cost: Array = self.task.objective.time * curves.h.sum(axis=0)
         for term in self.rows.squared:
             cost = cost + self.rows.squared_integral(term, curves)
         for instant in self.rows.terms:
-            cost = cost + self.rows.integrate(self.rows.term_integrand(instant, samples), curves.durations)
+            cost = cost + self.rows.integrate(self.rows.term_integrand(instant, samples), curves.h)
         return cost
 
     def _violation(self, curves: CurveBatch, samples: Samples) -> Array:
-        p = curves.durations.shape[0]
-        blocks = self.rows.blocks
-        violation = np.empty((p, sum(int(np.prod(block.shape)) for block in blocks) + len(self.sums)))
-        offset = 0
-        values = [
-            *(rows.values(curves) for rows in self.rows.kinematic),
-            *(self.rows.instant_values(rows, samples) for rows in self.rows.instants),
-        ]
-        for block, value in zip(blocks, values):
-            size = int(np.prod(block.shape))
-            target = violation[:, offset : offset + size].reshape(p, *block.shape)
-            target[...] = np.moveaxis(block.over(value), 2, 0)
-            offset += size
-        violation[:, offset:] = duration_violation(self.sums, curves.durations)
-        return violation
+        """Return the violations (p, m), candidates next to each other in memory as everywhere below."""
+        entries = [*self.rows.kinematic, *self.rows.instants]
+        return write_rows(entries, samples, duration_violation(self.sums, curves.h))
 
 
 class LogDurations(Durations):
@@ -115,24 +103,34 @@ class Scaled(LogDurations):
         for rows in self.rows.instants:
             if not isinstance(rows.constraint, TorqueLimit | CartesianSpeedLimit):
                 raise InputError(
-                    f"the scaled encoding does not know how {rows.constraint.name} scales, expected encoding 'durations'"
+                    f"the scaled encoding does not know how {rows.constraint.name} scales, "
+                    "expected encoding 'durations'"
+                )
+        for term in self.rows.terms:
+            if term.term.name not in SCALABLE_TERMS:
+                raise InputError(
+                    f"the scaled encoding does not know how cost {term.term.name} scales, "
+                    "expected encoding 'durations'"
                 )
         self.scaling = Scaling(nlp.task, self.rows)
+        self.positions = [entry for entry in self.rows.kinematic if entry.limit.order == 0]
 
     def bounds(self) -> tuple[Array, Array]:
-        """Return bounds of the rows that scaling cannot mend: positions, gravity, durations."""
-        blocks = self.scaling.position_blocks
-        lower = [np.broadcast_to(block.lower[:, None, :], block.shape).ravel() for block in blocks]
-        upper = [np.broadcast_to(block.upper[:, None, :], block.shape).ravel() for block in blocks]
-        rest = np.zeros(1 + len(self.sums))
-        return np.concatenate([*lower, np.full_like(rest, -np.inf)]), np.concatenate([*upper, rest])
+        """Return bounds of the rows that scaling cannot mend: positions, what exceeds at rest, durations."""
+        sides = [entry.block.row_bounds() for entry in self.positions]
+        lower = np.array([-np.inf, *(row[2] for row in self.sums)])
+        upper = np.array([0.0, *(row[3] for row in self.sums)])
+        return (
+            np.concatenate([*(low for low, _ in sides), lower]),
+            np.concatenate([*(high for _, high in sides), upper]),
+        )
 
     def labels(self) -> list[RowBlock]:
         """Return the labels of the rows."""
-        gravity = RowBlock("torque of gravity", np.array([-1]), np.array([0]), np.array([0.0]))
+        stuck = RowBlock("limits at rest", np.array([-1]), np.array([0]), np.array([0.0]))
         return [
-            *[block.row_block() for block in self.scaling.position_blocks],
-            gravity,
+            *[entry.block.row_block() for entry in self.positions],
+            stuck,
             *[row[4] for row in self.sums],
         ]
 
@@ -143,22 +141,31 @@ class Scaled(LogDurations):
     def evaluate(self, curves: CurveBatch) -> Evaluation:
         """Return cost and violation at every candidate's best scale."""
         samples = self.rows.samples(curves)
-        scale, cost, gravity = self.scaling.best(curves, samples)
-        p = len(scale)
-        parts = []
-        for rows in self.rows.kinematic:
-            if rows.limit.order == 0:
-                parts.append(np.moveaxis(rows.block.over(rows.values(curves)), 2, 0).reshape(p, -1))
-        parts += [gravity[:, None], duration_violation(self.sums, curves.durations * scale[:, None])]
-        return Evaluation(cost, np.concatenate(parts, axis=1))
+        scale, cost, stuck = self.scaling.best(curves, samples)
+        rest = np.concatenate([stuck[None], duration_violation(self.sums, curves.h * scale)])
+        return Evaluation(cost, write_rows(self.positions, samples, rest))
 
 
-def duration_violation(sums: list[Any], durations: Array) -> Array:
-    """Return how far every bounded sum of durations (p, S) is outside its bounds, (p, rows)."""
-    violation = np.zeros((len(durations), len(sums)))
+def write_rows(entries: list[Any], samples: Samples, rest: Array) -> Array:
+    """Return the violations (p, m) of kinematic and instant rows, followed by ready ones `rest` (rows, p)."""
+    p = samples.curves.h.shape[1]
+    sizes = [entry.block.size for entry in entries]
+    violation = np.empty((sum(sizes) + len(rest), p))
+    start = 0
+    for entry, size in zip(entries, sizes):
+        entry.write(samples, violation[start : start + size].reshape(*entry.block.shape, p))
+        start += size
+    violation[start:] = rest
+    result: Array = violation.T
+    return result
+
+
+def duration_violation(sums: list[Any], h: Array) -> Array:
+    """Return how far every bounded sum of durations (S, p) is outside its bounds, (rows, p)."""
+    violation = np.zeros((len(sums), h.shape[1]))
     for index, (segments, scale, lower, upper, _) in enumerate(sums):
-        value = durations[:, segments].sum(axis=1) / scale
-        violation[:, index] = np.maximum(np.maximum(value - upper, lower - value), 0.0)
+        value = h[segments].sum(axis=0) / scale
+        violation[index] = np.maximum(np.maximum(value - upper, lower - value), 0.0)
     return violation
 
 

@@ -16,29 +16,29 @@ TINY = 1e-13
 
 
 class Operations(Protocol):
-    """The few functions the formulas need."""
+    """The few functions the formulas need, with NumPy's names and arguments."""
 
-    def where(self, condition: Any, yes: Any, no: Any) -> Any: ...
-    def sqrt(self, x: Any) -> Any: ...
-    def cos(self, x: Any) -> Any: ...
-    def arccos(self, x: Any) -> Any: ...
-    def cbrt(self, x: Any) -> Any: ...
-    def absolute(self, x: Any) -> Any: ...
-    def maximum(self, x: Any, y: Any) -> Any: ...
-    def minimum(self, x: Any, y: Any) -> Any: ...
+    where: Any
+    sqrt: Any
+    cos: Any
+    arccos: Any
+    cbrt: Any
+    absolute: Any
+    maximum: Any
+    minimum: Any
 
 
 class ArrayOperations:
     """NumPy."""
 
-    where = staticmethod(np.where)
-    sqrt = staticmethod(np.sqrt)
-    cos = staticmethod(np.cos)
-    arccos = staticmethod(np.arccos)
-    cbrt = staticmethod(np.cbrt)
-    absolute = staticmethod(np.absolute)
-    maximum = staticmethod(np.maximum)
-    minimum = staticmethod(np.minimum)
+    where: Any = staticmethod(np.where)
+    sqrt: Any = staticmethod(np.sqrt)
+    cos: Any = staticmethod(np.cos)
+    arccos: Any = staticmethod(np.arccos)
+    cbrt: Any = staticmethod(np.cbrt)
+    absolute: Any = staticmethod(np.absolute)
+    maximum: Any = staticmethod(np.maximum)
+    minimum: Any = staticmethod(np.minimum)
 
 
 class SymbolicOperations:
@@ -47,18 +47,15 @@ class SymbolicOperations:
     def __init__(self) -> None:
         import casadi as ca
 
-        self.where = ca.if_else
-        self.sqrt = ca.sqrt
-        self.cos = ca.cos
-        self.arccos = ca.acos
-        self.absolute = ca.fabs
-        self.maximum = ca.fmax
-        self.minimum = ca.fmin
-        self._ca = ca
-
-    def cbrt(self, x: Any) -> Any:
-        """Return the real cube root; the small shift keeps the derivative at 0 finite."""
-        return self._ca.sign(x) * (self._ca.fabs(x) + 1e-300) ** (1.0 / 3.0)
+        self.where: Any = ca.if_else
+        self.sqrt: Any = ca.sqrt
+        self.cos: Any = ca.cos
+        self.arccos: Any = ca.acos
+        self.absolute: Any = ca.fabs
+        self.maximum: Any = ca.fmax
+        self.minimum: Any = ca.fmin
+        # The small shift keeps the derivative of the real cube root finite at 0.
+        self.cbrt: Any = lambda x: ca.sign(x) * (ca.fabs(x) + 1e-300) ** (1.0 / 3.0)
 
 
 def extremes(coefficients: list[Any], ops: Operations) -> tuple[Any, Any]:

@@ -13,6 +13,7 @@ from ocp_traj.transcription.curve import decided_knots, end_conditions
 from ocp_traj.transcription.extrema import SymbolicOperations, extremes
 
 if TYPE_CHECKING:
+    from ocp_traj.transcription.blocks import Block
     from ocp_traj.transcription.condensed import CondensedNlp
     from ocp_traj.transcription.rows import KinematicRows
 
@@ -67,22 +68,28 @@ def _derivative(piece: Piece, order: int, fraction: float) -> Any:
 
 def _kinematic_rows(entry: KinematicRows, pieces: list[Piece]) -> Any:
     order, joints = entry.limit.order, entry.block.joints.tolist()
-    values = []
-    for segment, piece in enumerate(pieces):
-        scale = ca.DM(entry.block.scale[segment]).T
-        if entry.exact:
-            coefficients = piece.coefficients()
-            for _ in range(order):
-                coefficients = [power * value for power, value in enumerate(coefficients)][1:]
-            largest, smallest = extremes([value[:, joints] for value in coefficients], SymbolicOperations())
-            unit = piece.duration**order
-            values += [(largest / unit / scale).T, (smallest / unit / scale).T]
-        else:
-            values += [
-                (_derivative(piece, order, float(fraction))[:, joints] / scale).T
-                for fraction in entry.block.fractions
-            ]
-    return ca.vertcat(*values)
+    if not entry.exact:
+        columns = [
+            _derivative(piece, order, fraction)[:, joints].T
+            for fraction in entry.block.fractions
+            for piece in pieces
+        ]
+        return _in_order(ca.horzcat(*columns), entry.block)
+    sides: list[list[Any]] = [[], []]
+    for piece in pieces:
+        coefficients = piece.coefficients()
+        for _ in range(order):
+            coefficients = [power * value for power, value in enumerate(coefficients)][1:]
+        found = extremes([value[:, joints] for value in coefficients], SymbolicOperations())
+        for side, value in zip(sides, found):
+            side.append((value / piece.duration**order).T)
+    return _in_order(ca.horzcat(*sides[0], *sides[1]), entry.block)
+
+
+def _in_order(values: Any, block: Block) -> Any:
+    """Return values (k, N S), segments fastest, as scaled rows: values slowest, segments fastest."""
+    scale = np.tile(block.scale, (1, len(block.fractions)))
+    return ca.vec((values / ca.DM(scale)).T)
 
 
 def _squared_integral(order: int, pieces: list[Piece]) -> Any:
@@ -108,7 +115,7 @@ def _with_instants(
     """Add rows and terms of torques by mapping their functions over the samples (MX)."""
     rows = nlp.rows_of
     motion = [
-        ca.horzcat(*[_derivative(piece, order, float(at)).T for piece in pieces for at in rows.fractions])
+        ca.horzcat(*[_derivative(piece, order, at).T for at in rows.fractions for piece in pieces])
         for order in range(4)
     ]
     inner = ca.Function("motion", [x], [cost, durations, ca.vertcat(*kinematic), ca.vertcat(*sums), *motion])
@@ -118,14 +125,13 @@ def _with_instants(
     g = [g_kinematic]
     for entry in rows.instants:
         values = entry.function.map(count)(*columns)
-        scale = np.repeat(entry.block.scale, len(rows.fractions), axis=0).T
-        g.append(ca.vec(values / ca.DM(scale)))
+        g.append(_in_order(values, entry.block))
     for term in rows.terms:
         values = term.function.map(count)(*columns)
         if term.term.shape == "absolute":
             values = ca.fabs(values)
         elif term.term.shape == "positive":
             values = ca.fmax(values, 0)
-        integrand = ca.reshape(ca.sum1(values), len(rows.fractions), len(pieces))
-        f += term.weight * ca.dot(ca.mtimes(ca.DM(rows.simpson).T, integrand).T, h)
+        integrand = ca.reshape(ca.sum1(values), len(pieces), len(rows.fractions))
+        f += term.weight * ca.dot(ca.mtimes(integrand, ca.DM(rows.simpson)), h)
     return outer, f, ca.vertcat(*g, g_sums)
