@@ -17,9 +17,13 @@ from ocp_traj.comparison.store import Store, missing
 from ocp_traj.exceptions import InputError
 
 REFERENCE_SECONDS = 60.0
-"""Time a case's references may take in a comparison."""
+"""Time each of a case's references may take in a comparison."""
 
-REFERENCE_RUNNER = "ocp_traj.comparison.runner:reference_case"
+REFERENCE_RUNNERS = {
+    "toppra": "ocp_traj.comparison.runner:time_paths",
+    "kinematic_bound": "ocp_traj.comparison.runner:bound_duration",
+}
+"""What computes each part of a case's references."""
 
 
 @dataclass(frozen=True)
@@ -90,30 +94,38 @@ def _run_all(
     store: Store, plan: Plan, todo: list[RunSpec], specs: tuple[RunSpec, ...], jobs: int, dask: str | None
 ) -> Iterator[tuple[RunSpec, RunRecord]]:
     """Yield finished runs; references go through the same workers and straight into the store."""
-    reference_specs = _cases_without_reference(store, specs) if plan.references else []
-    requests: list[dict[str, Any]] = [
-        {
-            "kind": "reference",
-            "runner": REFERENCE_RUNNER,
-            "case": spec.case,
-            "overrides": spec.overrides,
-            "time_limit": REFERENCE_SECONDS,
-            "memory_limit": spec.memory_limit,
-        }
-        for spec in reference_specs
-    ]
+    references = _missing_references(store, specs) if plan.references else []
+    requests = [_reference_request(spec, part) for spec, part in references]
     requests += [spec.to_json() for spec in todo]
     for place, answer in execute(requests, jobs, dask):
-        if place < len(reference_specs):
-            store.set_reference(reference_specs[place].case_digest, _reference(answer))
+        if place < len(references):
+            spec, part = references[place]
+            store.add_reference(spec.case_digest, part, _reference(answer))
         else:
-            yield todo[place - len(reference_specs)], RunRecord.from_json(answer)
+            yield todo[place - len(references)], RunRecord.from_json(answer)
 
 
-def _cases_without_reference(store: Store, specs: tuple[RunSpec, ...]) -> list[RunSpec]:
+def _missing_references(store: Store, specs: tuple[RunSpec, ...]) -> list[tuple[RunSpec, str]]:
+    """Return the parts that are not there; one that failed, for want of time perhaps, is tried again."""
     known = store.cases()
     first = {spec.case_digest: spec for spec in reversed(specs)}
-    return [spec for digest, spec in first.items() if known[digest]["reference"] is None]
+    return [
+        (spec, part)
+        for part in REFERENCE_RUNNERS
+        for digest, spec in first.items()
+        if "failed" in (known[digest]["reference"] or {}).get(part, {"failed": "never tried"})
+    ]
+
+
+def _reference_request(spec: RunSpec, part: str) -> dict[str, Any]:
+    return {
+        "kind": "reference",
+        "runner": REFERENCE_RUNNERS[part],
+        "case": spec.case,
+        "overrides": spec.overrides,
+        "time_limit": REFERENCE_SECONDS,
+        "memory_limit": spec.memory_limit,
+    }
 
 
 def _reference(answer: dict[str, Any]) -> dict[str, Any]:

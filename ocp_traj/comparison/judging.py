@@ -42,6 +42,8 @@ class Problem:
         Certified and estimated shortest duration under velocity and acceleration limits, s.
     best
         Best audited objective of any run here.
+    missing_references
+        Which references could not be computed, and why.
     """
 
     digest: str
@@ -53,6 +55,7 @@ class Problem:
     lower_bound: float | None
     estimate: float | None
     best: float | None
+    missing_references: tuple[str, ...] = ()
 
     @property
     def key(self) -> tuple[str, str]:
@@ -209,7 +212,8 @@ def _problems(rows: Sequence[Row], cases: Mapping[str, Mapping[str, Any]]) -> tu
 
 def _problem(row: Row, case: Mapping[str, Any], best: float, several: bool) -> Problem:
     reference = case.get("reference") or {}
-    timings = {name: value for name, value in (reference.get("toppra") or {}).items() if value is not None}
+    given = reference.get("toppra") or {}
+    timings = {name: value for name, value in given.items() if isinstance(value, (int, float))}
     path = min(timings, key=lambda name: timings[name], default="")
     bound = reference.get("kinematic_bound") or {}
     budget = "own budget" if row.budget is None else f"{row.budget} evaluations"
@@ -224,6 +228,11 @@ def _problem(row: Row, case: Mapping[str, Any], best: float, several: bool) -> P
         bound.get("lower"),
         bound.get("estimate"),
         best if np.isfinite(best) else None,
+        tuple(
+            f"{part.replace('_', ' ')}: {found['failed']}"
+            for part, found in reference.items()
+            if "failed" in found
+        ),
     )
 
 

@@ -114,9 +114,15 @@ def _findings(judgement: Judgement, motions: Sequence[Motion], untold: Sequence[
 
 
 def _results(judgement: Judgement) -> Section:
+    gone = [
+        f"{problem.label} has no {reason}"
+        for problem in judgement.problems
+        for reason in problem.missing_references
+    ]
     return Section(
         "results",
         "Results",
+        tuple(gone),
         tables=(
             tables.solver_table(judgement),
             tables.result_table(judgement),

@@ -186,11 +186,15 @@ class Store:
                 (spec.case_digest, spec.case_name, choice),
             )
 
-    def set_reference(self, digest: str, reference: dict[str, Any]) -> None:
-        """Store a case's references, or why there are none."""
+    def add_reference(self, digest: str, part: str, found: dict[str, Any]) -> None:
+        """Store a part of a case's references (``toppra``, ``kinematic_bound``), or why there is none."""
         with self._transaction():
+            (known,) = self._connection.execute(
+                "SELECT reference FROM cases WHERE digest = ?", (digest,)
+            ).fetchone()
+            reference = {**json.loads(known or "{}"), part: finite(found)}
             self._connection.execute(
-                "UPDATE cases SET reference = ? WHERE digest = ?", (json.dumps(finite(reference)), digest)
+                "UPDATE cases SET reference = ? WHERE digest = ?", (json.dumps(reference), digest)
             )
 
     def cases(self) -> dict[str, dict[str, Any]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 import yaml
 
 from ocp_traj.cli.main import _COMMANDS, run
+from ocp_traj.comparison.store import Store
 
 HEAVY = (
     "casadi",
@@ -325,3 +327,34 @@ def test_compare_report_plot_and_export_work_together(
     assert len((folder / "results.csv").read_text().splitlines()) == 5
     assert "is a comparison" in complaint(capsys, "plot", str(folder), "--picture", "path")
     assert "is a comparison" in complaint(capsys, "export", str(folder), "--format", "ros2")
+
+
+def test_ctrl_c_stops_a_comparison_and_keeps_what_is_finished(tmp_path: Path, case: str) -> None:
+    folder = tmp_path / "out"
+    arguments = [
+        case,
+        "--solvers",
+        "pso",
+        "--seeds",
+        "50",
+        "--budget",
+        "20000",
+        "--no-references",
+        "--jobs",
+        "2",
+    ]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "ocp_traj.cli.main", "compare", *arguments, "--output", str(folder)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    first = process.stdout.readline()
+    process.send_signal(signal.SIGINT)
+    rest, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "[1/50]" in first and "what is finished is kept" in rest
+    assert "Traceback" not in errors
+    with Store(folder) as store:
+        assert 1 <= len(store.finished()) < 50

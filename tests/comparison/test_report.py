@@ -223,7 +223,8 @@ def test_references_give_ratios(tmp_path: Path) -> None:
         "kinematic_bound": {"lower": None, "estimate": 1.6},
     }
     with Store(tmp_path) as store:
-        store.set_reference(next(iter(store.cases())), reference)
+        for part, found in reference.items():
+            store.add_reference(next(iter(store.cases())), part, found)
         (problem,) = judge(store.rows(), store.cases()).problems
     assert (problem.toppra, problem.toppra_path, problem.lower_bound, problem.estimate) == (
         2.5,

@@ -60,11 +60,12 @@ def test_what_is_missing_keeps_the_order_of_the_plan(tmp_path: Path) -> None:
 
 def test_plans_cases_and_references_come_back(tmp_path: Path) -> None:
     with filled(tmp_path) as store:
-        store.set_reference(SPECS[0].case_digest, {"toppra": {"uniform": float("nan")}})
+        store.add_reference(SPECS[0].case_digest, "toppra", {"uniform": float("nan")})
+        store.add_reference(SPECS[0].case_digest, "kinematic_bound", {"lower": 1.0})
         assert store.plans() == [(PLAN, {"python": "3"})]
         case = store.cases()[SPECS[0].case_digest]
         assert case["choice"] == {"case": "one", "overrides": []}
-        assert case["reference"] == {"toppra": {"uniform": None}}
+        assert case["reference"] == {"toppra": {"uniform": None}, "kinematic_bound": {"lower": 1.0}}
         assert store.problems() == {(SPECS[0].case_digest, SPECS[0].settings_digest)}
 
 
