@@ -187,16 +187,6 @@ class ClosedForm(InverseKinematics):
         part: Array = vector - (vector @ self.w[1])[..., None] * self.w[1]
         return part
 
-    def _rotation(self, q: Array) -> Array:
-        """Return R (K, 3, 3), the rotation of the tool's displacement at `q` (K, 6)."""
-        columns = []
-        for unit in np.eye(3):
-            vector = np.broadcast_to(unit, (q.shape[0], 3))
-            for joint in reversed(range(6)):
-                vector = rotate(self.w[joint], q[:, joint], vector)
-            columns.append(vector)
-        return np.stack(columns, axis=-1)
-
     def _carry(self, q: Array, point: Array, last: int) -> Array:
         """Return where joints 1 to `last` carry a point (3,), (K, 3)."""
         carried = np.broadcast_to(point, (q.shape[0], 3))
