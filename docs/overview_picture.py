@@ -12,8 +12,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import ocp_traj as ot
-from ocp_traj.references import toppra_reference
-from ocp_traj.references.kinematic_bound import kinematic_bound
+from ocp_traj.references import kinematic_bound, toppra_reference
 
 CASE = "machines-2024-490"
 

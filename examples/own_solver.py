@@ -46,17 +46,9 @@ class NelderMead(Solver):
         )
         status = Status.CONVERGED if found.success else Status.BUDGET_EXHAUSTED
         times = (built - begin, time.perf_counter() - built)
-        solution = Solution(
-            nlp,
-            found.x,
-            found.fun,
-            0.0,
-            status,
-            found.message,
-            found.nfev,
-            *times,
-            History.empty(nlp.dimension),
-        )
+        said = (status, found.message, found.nfev)
+        history = History.empty(nlp.dimension)
+        solution = Solution(nlp, found.x, found.fun, 0.0, *said, *times, history)
         return Outcome(nlp.decode(found.x), solution)
 
 

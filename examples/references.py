@@ -7,8 +7,7 @@ independent methods, and a bound that no motion whatever through these points ca
 """
 
 import ocp_traj as ot
-from ocp_traj.references import convex_reference, toppra_reference
-from ocp_traj.references.kinematic_bound import kinematic_bound
+from ocp_traj.references import convex_reference, kinematic_bound, toppra_reference
 
 task = ot.load_case("machines-2024-490", ["spline.family=cubic", "spline.virtual_knots=3"])
 result = ot.solve(task)

@@ -11,7 +11,7 @@ import numpy as np
 
 import ocp_traj as ot
 
-weights = [0.003, 0.03, 0.06, 0.1, 0.15]  # seconds a joule is worth
+weights = [0.003, 0.03, 0.06, 0.1]  # seconds a joule is worth
 durations, energies = [], []
 previous = None
 for weight in weights:
