@@ -1,0 +1,139 @@
+"""What `solve` gives back: the contract's JSON, the audit's verdict, and motions made exact by uniform scaling."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import ocp_traj as ot
+from metaheuristics import History, Solution, Status
+from ocp_traj.exceptions import UnknownNameError
+from ocp_traj.solve import judge, solve
+from ocp_traj.solvers import Outcome, Request, Solver
+from ocp_traj.task import Limits, TrajectoryTask
+from ocp_traj.trajectory_files import from_json
+from ocp_traj.transcription import CondensedNlp, trajectory_from_durations
+
+KEYS = {
+    "schema", "case", "solver", "seed", "status", "message", "feasible", "objective", "duration", "energy",
+    "segment_durations", "worst", "evaluations", "build_time", "solve_time", "references", "trajectory", "versions",
+}  # fmt: skip
+
+
+def simple_task(**changes) -> TrajectoryTask:
+    return TrajectoryTask(
+        [[0.0], [1.0], [0.5]], Limits(velocity=2.0, acceleration=4.0), name="simple", **changes
+    )
+
+
+def outcome_of(task: TrajectoryTask, durations, status=Status.CONVERGED, message="I am perfect") -> Outcome:
+    nlp = CondensedNlp(task)
+    solution = Solution(
+        nlp,
+        np.asarray(durations),
+        float(np.sum(durations)),
+        np.zeros(1),
+        status,
+        message,
+        1,
+        0.0,
+        0.0,
+        History.empty(2),
+    )
+    return Outcome(trajectory_from_durations(task, durations), solution)
+
+
+def test_the_result_as_json_has_the_contracts_keys_and_finite_numbers():
+    result = solve(simple_task())
+    written = result.to_json()
+    assert set(written) >= KEYS
+    json.dumps(written, allow_nan=False)
+    assert written["feasible"] is True
+    assert written["energy"] is None
+    assert written["status"] == "converged"
+    assert sum(written["segment_durations"]) == pytest.approx(written["duration"])
+    again = from_json(written["trajectory"])
+    np.testing.assert_array_equal(again.breakpoints, result.trajectory.breakpoints)
+
+
+def test_a_motion_over_its_limits_by_less_than_two_percent_is_slowed_into_them():
+    task = simple_task()
+    best = solve(task)
+    fast = best.segment_durations / 1.01
+    result = judge(task, "lucky", 0, outcome_of(task, fast))
+    assert result.feasible
+    assert result.scaled_by == pytest.approx(1.01, rel=1e-3)
+    assert result.duration == pytest.approx(best.duration, rel=1e-3)
+
+
+def test_a_motion_far_over_its_limits_is_not_made_another_motion():
+    task = simple_task()
+    fast = solve(task).segment_durations / 1.5
+    result = judge(task, "liar", 0, outcome_of(task, fast))
+    assert not result.feasible
+    assert result.scaled_by == 1.0
+    assert "acceleration" in result.message
+    assert "joint 1" in result.message
+
+
+def test_a_solver_without_a_motion_is_no_success():
+    task = simple_task()
+    solution = outcome_of(task, [1.0, 1.0], Status.FAILED, "nothing found").solution
+    result = judge(task, "empty", 0, Outcome(None, solution, diagnosis="no start"))
+    assert not result.feasible
+    written = result.to_json()
+    assert written["trajectory"] is None
+    assert written["duration"] is None
+    assert written["segment_durations"] == []
+    assert written["message"] == "nothing found no start"
+
+
+def test_a_solver_of_ones_own_is_asked_like_any_other():
+    class Halves(Solver):
+        kind = "population"
+
+        def run(self, task: TrajectoryTask, request: Request) -> Outcome:
+            return outcome_of(task, np.full(task.gaps, 5.0 + request.seed))
+
+    result = solve(simple_task(), Halves(), seed=2)
+    assert result.feasible
+    assert result.duration == pytest.approx(14.0)
+    assert result.solver == "Halves"
+
+
+def test_starting_from_a_better_motion_never_loses_it():
+    task = simple_task(virtual_knots=1)
+    best = solve(task)
+    again = solve(task, "ipopt", warm_start=best.trajectory)
+    assert again.duration <= best.duration
+
+
+def test_an_unknown_solver_is_refused_with_the_names_there_are():
+    with pytest.raises(UnknownNameError, match=r"'nope' is unknown, expected one of ipopt"):
+        solve(simple_task(), "nope")
+
+
+def test_a_result_prints_its_verdict_and_its_cost():
+    result = solve(simple_task())
+    words = str(result)
+    assert "feasible by the audit" in words
+    assert "evaluations" in words
+    assert "<pre>" in result._repr_html_()
+
+
+def test_the_contracts_first_program_runs():
+    task = ot.load_case("machines-2024-490")
+    result = ot.solve(task, "ipopt", seed=0)
+    assert result.duration == pytest.approx(4.3104, abs=1e-4)
+    assert result.trajectory([0.0, 1.0], derivative=1).shape == (2, 6)
+    verdict = ot.audit(task, result.trajectory)
+    assert verdict.feasible
+    assert verdict.worst is not None
+    nlp = ot.transcribe(task, form="condensed", encoding="durations")
+    evaluation = nlp.evaluate(np.full((5, nlp.dimension), 2.0))
+    assert evaluation.cost.shape == (5,)
+    assert evaluation.violation.shape[0] == 5
+    assert (evaluation.violation >= 0).all()
+    assert nlp.g.numel() == evaluation.violation.shape[1]
