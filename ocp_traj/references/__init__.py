@@ -10,10 +10,13 @@ from typing import Any
 
 _HOMES = {
     "Certificate": "certificate",
+    "JerkEstimate": "jerk_motion",
     "KinematicBound": "shortest_motion",
     "ReferenceResult": "result",
     "certify": "certificate",
     "convex_reference": "convex",
+    "jerk_estimate": "jerk_motion",
+    "jerk_limited_reference": "jerk_path",
     "kinematic_bound": "shortest_motion",
     "reference_columns": "summary",
     "references": "summary",

@@ -92,11 +92,15 @@ def certify(
     rng = np.random.default_rng(0) if rng is None else rng
     proportions, upper = _best_proportions(task, spline, rng)
     if not np.isfinite(upper):
-        return Certificate(None, None, message="no proportions of durations that keep the position limits were found")
+        return Certificate(
+            None, None, message="no proportions of durations that keep the position limits were found"
+        )
     least = gap_bounds(task, upper)
     if (least <= 0).any():
         where = int(np.flatnonzero(least <= 0)[0]) + 1
-        return Certificate(None, upper, proportions * upper, message=f"the duration of gap {where} has no lower bound")
+        return Certificate(
+            None, upper, proportions * upper, message=f"the duration of gap {where} has no lower bound"
+        )
     target = upper * (1.0 - gap)
     outcome = prove_total(
         spline.bound,
@@ -119,14 +123,26 @@ def _reason_against(task: TrajectoryTask) -> str:
     limits = task.limits
     checks = (
         (task.virtual_knots > 0, "the task has virtual knots, certificates are for durations alone"),
-        (task.gaps > LARGEST_GAPS, f"the task has {task.gaps} gaps, certificates are for up to {LARGEST_GAPS}"),
+        (
+            task.gaps > LARGEST_GAPS,
+            f"the task has {task.gaps} gaps, certificates are for up to {LARGEST_GAPS}",
+        ),
         (not task.boundary.is_rest, "the ends are not at rest"),
-        (set(task.objective.weights) != {"time"} or bool(task.objective.custom), "the objective is not time alone"),
+        (
+            set(task.objective.weights) != {"time"} or bool(task.objective.custom),
+            "the objective is not time alone",
+        ),
         (task.limited("torque") or task.limited("torque_rate"), "torque limits are not covered"),
-        (bool(limits.cartesian_speed) or bool(task.constraints), "Cartesian and custom limits are not covered"),
+        (
+            bool(limits.cartesian_speed) or bool(task.constraints),
+            "Cartesian and custom limits are not covered",
+        ),
         (bool(np.any(task.tolerance)), "tolerances around waypoints are not covered"),
         (_bounded_durations(task), "bounds on durations are not covered"),
-        (not any(task.limited(name) for name in KINDS), "no velocity, acceleration or jerk limit bounds the time"),
+        (
+            not any(task.limited(name) for name in KINDS),
+            "no velocity, acceleration or jerk limit bounds the time",
+        ),
     )
     return next((sentence for holds, sentence in checks if holds), "")
 
@@ -153,8 +169,7 @@ class _SplineBounds:
     def pieces(self, durations: list[Any]) -> list[list[Any]]:
         """Return each piece's ascending coefficients in normalised time."""
         return [
-            piece.coefficients()
-            for piece in self.family.pieces(durations, list(self.positions), self.ends)
+            piece.coefficients() for piece in self.family.pieces(durations, list(self.positions), self.ends)
         ]
 
     def totals(self, proportions: Array) -> tuple[Array, list[dict[str, Array]]]:
@@ -179,7 +194,9 @@ class _SplineBounds:
         for gap, coefficients in enumerate(self.pieces(durations)):
             for order, (_, limit) in self._orders():
                 for tau in np.linspace(0.0, 1.0, 257):
-                    ratio = _ratio(_derivative(coefficients, order, tau) / durations[gap] ** order, limit[gap])
+                    ratio = _ratio(
+                        _derivative(coefficients, order, tau) / durations[gap] ** order, limit[gap]
+                    )
                     needed.append(ratio ** (1.0 / order))
         return np.concatenate(needed, axis=1)
 
@@ -313,7 +330,9 @@ def exact_total(task: TrajectoryTask, spline: _SplineBounds, proportions: Array)
             extremes = _extremes(curve[piece][:, 0], order) / proportions[piece] ** order
             if kind == "position":
                 span = 1e-9 * (1.0 + np.abs(extremes))
-                if (extremes[0] < limits[piece, 0] - span[0]).any() or (extremes[1] > limits[piece, 1] + span[1]).any():
+                if (extremes[0] < limits[piece, 0] - span[0]).any() or (
+                    extremes[1] > limits[piece, 1] + span[1]
+                ).any():
                     return np.inf
             else:
                 total = max(total, float(_ratio(extremes, limits[piece]).max()) ** (1.0 / order))

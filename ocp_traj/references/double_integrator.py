@@ -84,9 +84,16 @@ def feasible(limits: JointLimits, shortest: Array, longest: Array) -> Array:
     low = np.broadcast_to(limits.start[0], (len(shortest), limits.start.shape[1]))
     high = np.broadcast_to(limits.start[1], low.shape)
     for gap in range(limits.gaps):
-        h = [shortest[:, gap, None]] if longest is shortest else [shortest[:, gap, None], longest[:, gap, None]]
+        h = (
+            [shortest[:, gap, None]]
+            if longest is shortest
+            else [shortest[:, gap, None], longest[:, gap, None]]
+        )
         low, high, alive = _cross_gap(limits, gap, low, high, h)
-        low, high = np.where(alive, low, 0.0), np.where(alive, high, 0.0)  # the row is lost, numbers stay finite
+        low, high = (
+            np.where(alive, low, 0.0),
+            np.where(alive, high, 0.0),
+        )  # the row is lost, numbers stay finite
         possible &= alive.all(axis=1)
     slack = PADDING * (limits.fastest[-1] + limits.slowest[-1])
     return possible & ((low <= limits.end[1] + slack) & (high >= limits.end[0] - slack)).all(axis=1)
@@ -111,9 +118,7 @@ def _cross_gap(
     return bottom, top, alive & (bottom <= top)
 
 
-def _can_stay_behind(
-    far: Array, low: Array, slowest: Array, down: Array, ends: list[Array]
-) -> Array:
+def _can_stay_behind(far: Array, low: Array, slowest: Array, down: Array, ends: list[Array]) -> Array:
     """Return whether braking fully from velocity `low` keeps the distance at `far` or less for some h.
 
     That distance is concave in h, so both ends of the interval of h are enough.

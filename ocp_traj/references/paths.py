@@ -144,10 +144,11 @@ def _spline_through(knots: Array, points: Array, velocity: Array, speeds: Array,
     return Trajectory(knots, coefficients, knots, "cubic", name)
 
 
-def sample_path(path: GeometricPath, points: int) -> PathGrid:
+def sample_path(path: GeometricPath, points: int, *, dense_ends: bool = False) -> PathGrid:
     """Sample a path with about `points` cells, at least eight a polynomial piece.
 
     Cells are equal in the path's own parameter; reversals of single joints, waypoints and corners are grid points.
+    With `dense_ends` they shrink towards both ends as the cube of the distance, as a motion with bounded jerk does.
 
     Raises
     ------
@@ -157,7 +158,7 @@ def sample_path(path: GeometricPath, points: int) -> PathGrid:
     if path.curve is None:
         raise InputError("nothing moves along the path, so it cannot be sampled by its length")
     curve = path.curve
-    breaks, pieces = _grid_parameters(curve, points)
+    breaks, pieces = _grid_parameters(curve, points, dense_ends)
     velocities, lengths = _cell_lengths(curve, breaks, pieces)
     keep = lengths > 1e-15 * lengths.sum()  # pieces in which nothing moves have no length
     if not keep.all():
@@ -189,11 +190,14 @@ def sample_path(path: GeometricPath, points: int) -> PathGrid:
     )
 
 
-def _grid_parameters(curve: Trajectory, points: int) -> tuple[Array, npt.NDArray[np.int_]]:
+def _grid_parameters(curve: Trajectory, points: int, dense_ends: bool) -> tuple[Array, npt.NDArray[np.int_]]:
     """Return grid parameters (N + 1,) and the piece of every cell (N,)."""
     breakpoints, duration = curve.breakpoints, curve.duration
     cells = np.maximum(8, np.ceil(points * np.diff(breakpoints) / duration)).astype(int)
     values = [np.linspace(breakpoints[k], breakpoints[k + 1], cells[k] + 1)[:-1] for k in range(len(cells))]
+    if dense_ends:
+        z = np.linspace(0.0, 1.0, points + 1)
+        values = [breakpoints[0] + duration * z**3 * (10.0 - 15.0 * z + 6.0 * z**2), breakpoints]
     grid = np.concatenate([*values, _reversals(curve), breakpoints[-1:]])
     grid = np.unique(grid)
     keep = np.append(np.diff(grid) > 1e-9 * duration, True)

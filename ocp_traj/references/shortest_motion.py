@@ -267,14 +267,14 @@ def _block_total(part: JointLimits, known: float) -> float:
     """Return a total that some proportions of a run of gaps reach, by a coarse random search."""
     rng = np.random.default_rng(1)
     gaps = part.gaps
-    proportions = np.ones((1, 1)) if gaps == 1 else rng.dirichlet(np.ones(gaps), 80)
+    proportions = np.ones((1, 1)) if gaps == 1 else rng.dirichlet(np.ones(gaps), 200)
     largest = max(4.0 * float(stop_durations(part).sum()), 2.0 * known)
-    totals = shortest_total(part, proportions, largest, iterations=20)
-    for step in 0.1 * 0.4 ** np.arange(6) if gaps > 1 else ():
+    totals = shortest_total(part, proportions, largest, iterations=26)
+    for step in 0.1 * 0.5 ** np.arange(9) if gaps > 1 else ():
         centre = proportions[np.argsort(totals)[:10]]
         moved = np.abs(np.repeat(centre, 10, axis=0) + rng.normal(size=(len(centre) * 10, gaps)) * step)
         proportions = np.concatenate([centre, moved / moved.sum(axis=1, keepdims=True)])
-        totals = shortest_total(part, proportions, largest, iterations=20)
+        totals = shortest_total(part, proportions, largest, iterations=26)
     best = float(totals.min())
     return best if np.isfinite(best) else largest
 

@@ -83,9 +83,7 @@ def scale_rows(rows: PathRows, unit: float, guess_x: Array | None = None) -> Sca
             parts["bound"].append(np.where(bounded, room / size, 1.0))
     stacked = {name: np.concatenate(blocks, axis=1) for name, blocks in parts.items()}
     largest_x = rows.largest_x * unit**2
-    return ScaledRows(
-        stacked["u"], stacked["start"], stacked["end"], stacked["bound"], largest_x, unit
-    )
+    return ScaledRows(stacked["u"], stacked["start"], stacked["end"], stacked["bound"], largest_x, unit)
 
 
 def reason_against(task: TrajectoryTask, grid: PathGrid, rows: PathRows, end_x: Array) -> str:

@@ -13,12 +13,19 @@ DEGREE = np.pi / 180.0
 @pytest.fixture
 def machines() -> TrajectoryTask:
     """The four waypoints and limits of paper B (Machines 12(7) 490), Tables 2 and 3."""
-    points = [[0, 0, -45, 0, 0, 0], [0, -30, -30, 30, 0, 0], [0, -45, -20, 45, 30, 0], [0, -50, -20, 60, 60, 30]]
+    points = [
+        [0, 0, -45, 0, 0, 0],
+        [0, -30, -30, 30, 0, 0],
+        [0, -45, -20, 45, 30, 0],
+        [0, -50, -20, 60, 60, 30],
+    ]
     limits = Limits(
         velocity=DEGREE * np.array([150.0, 180, 210, 360, 360, 450]),
         acceleration=DEGREE * np.array([93.0, 120, 160, 170, 260, 330]),
     )
-    return TrajectoryTask(DEGREE * np.array(points, dtype=float), limits, family="3-5-3", name="machines-2024-490")
+    return TrajectoryTask(
+        DEGREE * np.array(points, dtype=float), limits, family="3-5-3", name="machines-2024-490"
+    )
 
 
 @pytest.fixture
@@ -33,5 +40,3 @@ def fanuc() -> TrajectoryTask:
     speed = DEGREE * np.array([210.0, 210, 220, 430, 450, 720])
     limits = Limits(velocity=speed, acceleration=4 * speed)
     return TrajectoryTask(DEGREE * np.array(points), limits, family="3-5-3", name="fanuc-m10id8l")
-
-

@@ -45,7 +45,9 @@ def sampled_feasible(limits: JointLimits, durations: np.ndarray, steps: int, loo
                 travelled += 0.5 * (before + velocity) * dt
                 v_rows += [velocity.copy(), -velocity]
                 v_bounds += [loosened * limits.fastest[gap, joint], loosened * limits.slowest[gap, joint]]
-                bounds.append((-loosened * limits.braking[gap, joint], loosened * limits.speeding[gap, joint]))
+                bounds.append(
+                    (-loosened * limits.braking[gap, joint], loosened * limits.speeding[gap, joint])
+                )
             d_rows.append(travelled)
         equal = np.vstack([*d_rows, velocity])
         right = np.append(limits.nearest[:, joint], 0.0)
@@ -95,7 +97,9 @@ def test_a_box_around_a_feasible_point_is_never_discarded() -> None:
         limits = random_limits(rng, int(rng.integers(1, 6)), int(rng.integers(1, 4)))
         h = rng.uniform(0.2, 6.0, size=(500, limits.gaps))
         good = h[feasible(limits, h, h)]
-        width = rng.uniform(0.0, 1.0, size=good.shape) * rng.choice([1e-3, 0.1, 1.0, 5.0], size=(len(good), 1))
+        width = rng.uniform(0.0, 1.0, size=good.shape) * rng.choice(
+            [1e-3, 0.1, 1.0, 5.0], size=(len(good), 1)
+        )
         low = np.maximum(good - width * rng.random(good.shape), 0.0)
         high = good + width * rng.random(good.shape)
         assert feasible(limits, low, high).all()

@@ -24,11 +24,15 @@ def test_derivatives_by_arc_length_agree_with_finite_differences() -> None:
     chord = np.diff(grid.q, axis=0) / step
     assert np.abs(0.5 * (grid.tangent[:, 0] + grid.tangent[:, 1]) - chord).max() < 1e-4 * grid.length
     bend = (grid.tangent[:, 1] - grid.tangent[:, 0]) / step
-    assert np.abs(0.5 * (grid.curvature[:, 0] + grid.curvature[:, 1]) - bend).max() < 1e-4 * np.abs(bend).max()
+    assert (
+        np.abs(0.5 * (grid.curvature[:, 0] + grid.curvature[:, 1]) - bend).max() < 1e-4 * np.abs(bend).max()
+    )
 
 
 def test_tangent_by_scaled_arc_length_has_the_norm_of_the_length() -> None:
-    grid = sample_path(geometric_path(task_through(np.random.default_rng(2).normal(size=(4, 2))), "uniform"), 100)
+    grid = sample_path(
+        geometric_path(task_through(np.random.default_rng(2).normal(size=(4, 2))), "uniform"), 100
+    )
     assert np.allclose(np.linalg.norm(grid.tangent, axis=2), grid.length, rtol=1e-12)
 
 
@@ -83,7 +87,9 @@ def test_a_moving_end_leaves_along_its_velocity() -> None:
 
 
 def test_an_unknown_path_is_refused_with_its_name() -> None:
-    with pytest.raises(InputError, match=r"path 'arc' is unknown, expected 'uniform', 'chord' or a Trajectory"):
+    with pytest.raises(
+        InputError, match=r"path 'arc' is unknown, expected 'uniform', 'chord' or a Trajectory"
+    ):
         geometric_path(task_through([[0.0], [1.0]]), "arc")
 
 

@@ -30,7 +30,9 @@ def test_double_integrator_with_speed_and_asymmetric_limits(method: object) -> N
 @pytest.mark.parametrize("size", [1e-9, 1e-6, 1e3])
 @pytest.mark.parametrize("method", METHODS)
 def test_tiny_and_huge_paths_are_timed_alike(method: object, size: float) -> None:
-    task = TrajectoryTask(size * np.array([[0.0, 0], [1, 2], [3, 1]]), Limits(velocity=size, acceleration=2 * size))
+    task = TrajectoryTask(
+        size * np.array([[0.0, 0], [1, 2], [3, 1]]), Limits(velocity=size, acceleration=2 * size)
+    )
     unit = TrajectoryTask(np.array([[0.0, 0], [1, 2], [3, 1]]), Limits(velocity=1.0, acceleration=2.0))
     assert method(task, "chord").duration == pytest.approx(method(unit, "chord").duration, rel=1e-5)
 
@@ -39,7 +41,9 @@ def test_a_still_joint_and_duplicate_waypoints_change_nothing() -> None:
     points = np.array([[0.0, 0, 5], [1, 2, 5], [1, 2, 5], [3, 1, 5]])
     task = TrajectoryTask(points, Limits(velocity=1.0, acceleration=2.0))
     plain = TrajectoryTask(points[[0, 1, 3], :2], Limits(velocity=1.0, acceleration=2.0))
-    assert toppra_reference(task, "chord").duration == pytest.approx(toppra_reference(plain, "chord").duration)
+    assert toppra_reference(task, "chord").duration == pytest.approx(
+        toppra_reference(plain, "chord").duration
+    )
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -62,10 +66,15 @@ def test_agrees_with_toppra_on_its_own_constraints() -> None:
     rng = np.random.default_rng(5)
     points = rng.normal(size=(5, 4))
     path = toppra.SplineInterpolator(np.linspace(0, 1, 5), points)
-    limits = [JointVelocityConstraint(np.tile([-1.0, 1.0], (4, 1))), JointAccelerationConstraint(np.tile([-2.0, 2.0], (4, 1)))]
+    limits = [
+        JointVelocityConstraint(np.tile([-1.0, 1.0], (4, 1))),
+        JointAccelerationConstraint(np.tile([-2.0, 2.0], (4, 1))),
+    ]
     theirs = TOPPRA(limits, path, gridpoints=np.linspace(0, 1, 3000), parametrizer="ParametrizeConstAccel")
     task = TrajectoryTask(points, Limits(velocity=1.0, acceleration=2.0))
-    assert toppra_reference(task, "uniform").duration == pytest.approx(theirs.compute_trajectory().duration, rel=1e-3)
+    assert toppra_reference(task, "uniform").duration == pytest.approx(
+        theirs.compute_trajectory().duration, rel=1e-3
+    )
 
 
 def test_both_methods_agree_and_name_the_same_limits(machines: TrajectoryTask) -> None:
@@ -160,7 +169,9 @@ def test_a_start_too_fast_to_stop_is_a_failure_with_a_place() -> None:
     task = TrajectoryTask(np.array([[0.0], [1.0]]), Limits(velocity=5.0, acceleration=1.0), boundary=boundary)
     result = toppra_reference(task, "chord")
     assert result.duration is None
-    assert result.reason.startswith("no speed at which the rest of the path can be driven within the limits exists")
+    assert result.reason.startswith(
+        "no speed at which the rest of the path can be driven within the limits exists"
+    )
     assert convex_reference(task, "chord").duration is None
 
 
