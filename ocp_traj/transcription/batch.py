@@ -51,15 +51,26 @@ class CurveBatch:
 
     def combine(self, rows: Array, order: int, out: Array | None = None) -> Array:
         """Return rows (N, degree + 1) times the states over h^order, (n, N, S, p)."""
-        states = self.states if order == 0 else self.states * self._inverse_power(order)
+        states = self.states if order == 0 else self._rise_states(order)
         n, _, segments, p = states.shape
         out = np.empty((n, len(rows), segments, p)) if out is None else out
         np.matmul(rows, states.reshape(n, -1, segments * p), out=out.reshape(n, -1, segments * p))
         return out
 
-    def _inverse_power(self, order: int) -> Array:
-        inverse: Array = 1.0 / self.h
-        return inverse if order == 1 else inverse**order
+    def _rise_states(self, order: int) -> Array:
+        """Return the states over h^order, positions measured from the segment's start.
+
+        A joint that stands still then has derivatives of exactly 0, whose sign friction asks for.
+        """
+        inverse = 1.0 / self.h
+        power = inverse
+        for _ in range(order - 1):
+            power = power * inverse
+        states = self.states * power
+        end = self.states.shape[1] // 2
+        states[:, end] = (self.states[:, end] - self.states[:, 0]) * power
+        states[:, 0] = 0.0
+        return states
 
 
 @lru_cache
