@@ -22,6 +22,12 @@ if TYPE_CHECKING:
     from ocp_traj.case import case_names, load_case, task_digest, write_case
     from ocp_traj.energy import energy, objective_value
     from ocp_traj.exceptions import CaseError, InputError, OcpTrajError, TaskError
+    from ocp_traj.references import (
+        certify,
+        convex_reference,
+        kinematic_bound,
+        toppra_reference,
+    )
     from ocp_traj.robot import (
         Friction,
         Payload,
@@ -45,13 +51,19 @@ if TYPE_CHECKING:
     )
     from ocp_traj.trajectory import Trajectory
     from ocp_traj.trajectory_files import read_csv, write_csv
-    from ocp_traj.transcription import trajectory_from_durations
+    from ocp_traj.transcription import trajectory_from_durations, transcribe
 
 _MODULES = {
     "ocp_traj.audit": ("Verdict", "audit"),
     "ocp_traj.case": ("case_names", "load_case", "task_digest", "write_case"),
     "ocp_traj.energy": ("energy", "objective_value"),
     "ocp_traj.exceptions": ("CaseError", "InputError", "OcpTrajError", "TaskError"),
+    "ocp_traj.references": (
+        "certify",
+        "convex_reference",
+        "kinematic_bound",
+        "toppra_reference",
+    ),
     "ocp_traj.robot": (
         "Friction",
         "Payload",
@@ -75,7 +87,7 @@ _MODULES = {
     ),
     "ocp_traj.trajectory": ("Trajectory",),
     "ocp_traj.trajectory_files": ("read_csv", "write_csv"),
-    "ocp_traj.transcription": ("trajectory_from_durations",),
+    "ocp_traj.transcription": ("trajectory_from_durations", "transcribe"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
@@ -101,7 +113,10 @@ __all__ = [
     "__version__",
     "audit",
     "case_names",
+    "certify",
+    "convex_reference",
     "energy",
+    "kinematic_bound",
     "load_case",
     "load_robot",
     "objective_value",
@@ -113,7 +128,9 @@ __all__ = [
     "solver_names",
     "solver_table",
     "task_digest",
+    "toppra_reference",
     "trajectory_from_durations",
+    "transcribe",
     "write_case",
     "write_csv",
 ]

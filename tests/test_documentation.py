@@ -49,7 +49,9 @@ def test_the_commands_of_a_page_print_what_it_shows(page: Path, tmp_path: Path, 
         assert run(arguments) == 0, command
         printed = [line for line in capsys.readouterr().out.splitlines() if line.strip()]
         for expected in filter(str.strip, shown):
-            assert any(similar(expected, line) for line in printed), f"{command}: {expected!r} not in {printed}"
+            assert any(similar(expected, line) for line in printed), (
+                f"{command}: {expected!r} not in {printed}"
+            )
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -61,3 +63,17 @@ def test_the_python_of_a_page_runs(page: Path, tmp_path: Path, monkeypatch) -> N
     for block in blocks:
         exec(compile(block, str(page), "exec"), names)
     assert names["result"].feasible
+
+
+def test_every_public_name_has_a_docstring_and_a_place_in_the_reference() -> None:
+    import ocp_traj
+
+    reference = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
+    for name in set(ocp_traj.__all__) - {"__version__"}:
+        assert getattr(ocp_traj, name).__doc__, name
+        assert re.search(rf":: {name}$", reference, re.MULTILINE), f"{name} is missing in docs/api.md"
+    import metaheuristics
+
+    for name in metaheuristics.__all__:
+        subject = getattr(metaheuristics, name)
+        assert not callable(subject) or subject.__doc__, name

@@ -36,7 +36,7 @@ FENCES = {
     "cvxpy": ("references",),
     "clarabel": ("references",),
     "pandas": ("comparison",),
-    "matplotlib": ("comparison",),
+    "matplotlib": ("comparison", "papers"),
     "tomllib": ("case",),
     "tomli": ("case",),
     "tomli_w": ("case",),

@@ -15,7 +15,7 @@ import numpy as np
 from metaheuristics import Evaluation
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import InputError, UnavailableError
-from ocp_traj.nlp import Nlp, RowBlock
+from ocp_traj.nlp import Nlp
 from ocp_traj.spline import get_family
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
@@ -145,24 +145,6 @@ class CondensedNlp(Nlp):
     def derivatives(self) -> dict[str, Any]:  # type: ignore[override]
         """Empty: CasADi differentiates the few variables itself."""
         return {}
-
-
-def duration_rows(task: TrajectoryTask) -> list[tuple[Any, float, float, float, RowBlock]]:
-    """Return (segments, scale, lower, upper, label) of every bounded sum of durations."""
-    per_gap = task.virtual_knots + 1
-    every = np.arange(task.gaps * per_gap)
-    intervals = [(every, np.asarray(task.objective.duration), 0)]
-    for gap, interval in enumerate(np.asarray(task.objective.gap_durations)):
-        intervals.append((gap * per_gap + np.arange(per_gap), interval, gap))
-    rows = []
-    for segments, (low, high), gap in intervals:
-        if low > 0 or np.isfinite(high):
-            scale = float(high if np.isfinite(high) else low)
-            label = RowBlock("duration", np.array([-1]), np.array([gap]), np.array([0.0]))
-            rows.append(
-                (segments, scale, float(low) / scale if low > 0 else -np.inf, float(high) / scale, label)
-            )
-    return rows
 
 
 def family_has_closed_extrema(task: TrajectoryTask) -> bool:

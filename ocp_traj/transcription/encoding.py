@@ -12,6 +12,7 @@ from ocp_traj.constraints.cartesian_speed import CartesianSpeedLimit
 from ocp_traj.constraints.torque import TorqueLimit
 from ocp_traj.exceptions import InputError
 from ocp_traj.nlp import RowBlock
+from ocp_traj.task import TrajectoryTask
 from ocp_traj.transcription.batch import CurveBatch
 from ocp_traj.transcription.grid import Samples
 from ocp_traj.transcription.rows import CondensedRows
@@ -21,12 +22,28 @@ if TYPE_CHECKING:
     from ocp_traj.transcription.condensed import CondensedNlp
 
 
+def duration_rows(task: TrajectoryTask) -> list[tuple[Any, float, float, float, RowBlock]]:
+    """Return (segments, scale, lower, upper, label) of every bounded sum of durations."""
+    per_gap = task.virtual_knots + 1
+    every = np.arange(task.gaps * per_gap)
+    intervals = [(every, np.asarray(task.objective.duration), 0)]
+    for gap, interval in enumerate(np.asarray(task.objective.gap_durations)):
+        intervals.append((gap * per_gap + np.arange(per_gap), interval, gap))
+    rows = []
+    for segments, (low, high), gap in intervals:
+        if low > 0 or np.isfinite(high):
+            scale = float(high if np.isfinite(high) else low)
+            label = RowBlock("duration", np.array([-1]), np.array([gap]), np.array([0.0]))
+            rows.append(
+                (segments, scale, float(low) / scale if low > 0 else -np.inf, float(high) / scale, label)
+            )
+    return rows
+
+
 class Durations:
     """x holds the durations themselves, s; every limit is a constraint row."""
 
     def __init__(self, nlp: CondensedNlp) -> None:
-        from ocp_traj.transcription.condensed import duration_rows
-
         self.rows: CondensedRows = nlp.rows_of
         self.task = nlp.task
         self.sums = duration_rows(nlp.task)
