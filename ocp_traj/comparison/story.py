@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.comparison.judging import Judgement, median_interval
+from ocp_traj.comparison.judging import Judgement, median_interval, objective_of
 from ocp_traj.comparison.statistics import LEVEL, TIE, PairTest, describe_superiority
 
 SIGNIFICANT = 1.0 - LEVEL
@@ -67,8 +67,13 @@ def _margins(judgement: Judgement) -> list[str]:
     for place, solver in enumerate(judgement.solvers[1:], start=1):
         ours, theirs = judgement.ratios[:, 0], judgement.ratios[:, place]
         both = np.isfinite(ours) & np.isfinite(theirs)
-        if both.any():
-            sentences.append(_margin(first, solver, theirs[both] / ours[both] - 1.0))
+        if judgement.block_kind == "problems" and both.any():
+            excess = _excess(solver, theirs[both] / ours[both] - 1.0)
+            sentences.append(
+                f"The objective of {solver} is {excess} that of {first}: median over the problems."
+            )
+        elif both.any():
+            sentences.append(_margins_by_problem(judgement, first, solver))
         lost = int((np.isinf(theirs) & np.isfinite(ours)).sum())
         won = int((np.isfinite(theirs) & np.isinf(ours)).sum())
         if lost:
@@ -78,16 +83,32 @@ def _margins(judgement: Judgement) -> list[str]:
     return sentences
 
 
-def _margin(first: str, solver: str, excess: Array) -> str:
-    interval = median_interval(excess, solver)
+def _margins_by_problem(judgement: Judgement, first: str, solver: str) -> str:
+    """Return how a solver stands to the first on each problem: few problems do not average."""
+    said = []
+    for problem in judgement.problems:
+        ours, theirs = judgement.group(problem, first), judgement.group(problem, solver)
+        if ours is None or theirs is None:
+            continue
+        costs = {row.seed: objective_of(row) for row in ours.rows}
+        paired = np.array([[costs.get(row.seed, np.inf), objective_of(row)] for row in theirs.rows])
+        paired = paired[np.isfinite(paired).all(axis=1) & (paired[:, 0] > 0)]
+        if len(paired):
+            said.append(f"{_excess(solver, paired[:, 1] / paired[:, 0] - 1.0)} on {problem.label}")
+    return f"The objective of {solver} against that of {first}, medians: {'; '.join(said)}."
+
+
+def _excess(label: str, excess: Array) -> str:
+    """Return a median relative difference with its bootstrap interval, in words."""
+    interval = median_interval(excess, label)
     if abs(interval.median) <= TIE:
-        return f"{solver} equals {first} to within 1e-6 in the median where both succeed."
+        return "equal to within 1e-6"
     word, sign = ("above", 1.0) if interval.median > 0 else ("below", -1.0)
     middle, *sides = (_percent(sign * value) for value in (interval.median, interval.lower, interval.upper))
     spread = (
         "" if sides == [middle, middle] else f" (95 % interval {' to '.join(sorted(sides, key=float))} %)"
     )
-    return f"The objective of {solver} is {middle} % {word} that of {first} in the median where both succeed{spread}."
+    return f"{middle} %{spread} {word}"
 
 
 def _percent(share: float) -> str:
