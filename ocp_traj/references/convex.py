@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -96,7 +96,7 @@ def _solve_on_grid(
     unit = time_unit(rows)
     built = time.perf_counter()
     answer, kept = solve_timing(task, grid, rows, end_x, unit, thermal_weight)
-    timings = {"build_time": built - began, "solve_time": time.perf_counter() - built}
+    timings: dict[str, Any] = {"build_time": built - began, "solve_time": time.perf_counter() - built}
     if answer.x is None:
         reason = f"the convex problem has no solution on this path (Clarabel: {answer.status})"
         return ReferenceResult("convex", path.name, None, reason, **timings)
@@ -175,7 +175,7 @@ def keep_rows(grid: PathGrid, rows: PathRows, scaled: ScaledRows) -> KeptRows:
     normals, offsets = normals / size[:, :, None], offsets / size
     edges, empty = touching(normals, offsets)
     width = max(2, 2 * int(np.ceil(edges.sum(axis=1).max() / 2)))
-    order = np.argsort(~edges, axis=1, kind="stable")[:, :width]
+    order = np.argsort(np.logical_not(edges), axis=1, kind="stable")[:, :width]
     chosen = np.take_along_axis(edges, order, axis=1)
     normals = np.where(chosen[:, :, None], np.take_along_axis(normals, order[:, :, None], axis=1), 0.0)
     offsets = np.where(chosen, np.take_along_axis(offsets, order, axis=1), 1.0)

@@ -15,6 +15,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from functools import lru_cache
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -71,7 +72,7 @@ class TimingProblem:
     """
 
     def __init__(self, numbers: dict[str, Any]) -> None:
-        import cvxpy as cp
+        cp: Any = import_module("cvxpy")  # its own annotations are incomplete
 
         bounds = numbers["bound"]
         cells = numbers["root_weights"].size
@@ -103,7 +104,7 @@ class TimingProblem:
 
     def solve(self, end_x: Array) -> TimingAnswer:
         """Solve with Clarabel at its own settings; status as cvxpy names it."""
-        import cvxpy as cp
+        cp: Any = import_module("cvxpy")  # its own annotations are incomplete
 
         try:
             with warnings.catch_warnings():  # the status says it when the answer is inaccurate
@@ -124,7 +125,7 @@ class _ParametrisedProblem:
     """A compiled problem and its parameters."""
 
     def __init__(self, shapes: tuple[tuple[str, tuple[int, ...]], ...]) -> None:
-        import cvxpy as cp
+        cp: Any = import_module("cvxpy")  # its own annotations are incomplete
 
         self.parameters = {
             name: [cp.Parameter(shape[0]) for _ in range(shape[1])]

@@ -171,14 +171,14 @@ class _FreeKnotProblem:
         self.lower_g = np.concatenate([np.zeros(equal), np.zeros(equal), velocity[:, 0].ravel()])
         self.upper_g = np.concatenate([np.zeros(equal), np.full(equal, np.inf), velocity[:, 1].ravel()])
         self.lower, self.upper = self._bounds()
-        options = {
+        options: dict[str, Any] = {
             "ipopt.print_level": 0,
             "print_time": False,
             "ipopt.sb": "yes",
             "ipopt.max_iter": 500,
             "ipopt.mu_strategy": "monotone",
         }
-        nlp = {"x": ca.veccat(h, q, v, a), "f": ca.sum2(h), "g": g}
+        nlp: dict[str, Any] = {"x": ca.veccat(h, q, v, a), "f": ca.sum2(h), "g": g}
         self.solver = ca.nlpsol("free_knots", "ipopt", nlp, options)
 
     def _bounds(self) -> tuple[Array, Array]:

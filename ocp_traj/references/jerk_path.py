@@ -20,6 +20,7 @@ import time
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -166,7 +167,7 @@ class _JerkProblem:
         )
         ratio = float((value * np.sqrt(x[1:-1, None]) / self.jerk.limit).max())
         ends = np.array([x[1], x[-2]]) / self.ends
-        return max(ratio, float(ends.max()) ** 1.5)
+        return float(max(ratio, ends.max() ** 1.5))
 
     def improve(self, x: Array, tolerance: float) -> tuple[Array, str]:
         """Return the last of a falling sequence of timings, in 1/s^2, and why there is none."""
@@ -210,7 +211,7 @@ class _JerkProblem:
         Unknowns are shares of the first profile, so that all numbers are of order one: near a rest x falls with the
         power 4/3 of the distance.
         """
-        import cvxpy as cp
+        cp: Any = import_module("cvxpy")  # its own annotations are incomplete
 
         count = len(self.grid.gaps)
         width = np.diff(self.grid.s)

@@ -70,7 +70,7 @@ class _Problem:
         ]
         x = ca.veccat(h, inner, high, low, distance)
         g = ca.veccat(*rows)
-        options = {
+        options: dict[str, Any] = {
             "ipopt.print_level": 0,
             "print_time": False,
             "ipopt.sb": "yes",
@@ -78,12 +78,13 @@ class _Problem:
             "ipopt.tol": 1e-10,
             "ipopt.mu_strategy": "monotone",
         }
-        self.solver = ca.nlpsol("bound", "ipopt", {"x": x, "f": ca.sum1(h) / self.unit, "g": g}, options)
+        nlp: dict[str, Any] = {"x": x, "f": ca.sum1(h) / self.unit, "g": g}
+        self.solver = ca.nlpsol("bound", "ipopt", nlp, options)
         self.lower, self.upper = self._bounds()
 
     def _distance_scale(self) -> Array:
         size = np.maximum(np.abs(self.limits.nearest), np.abs(self.limits.farthest)).T
-        return np.maximum(size, 1e-3 * max(float(size.max()), 1e-300))
+        return np.asarray(np.maximum(size, 1e-3 * max(float(size.max()), 1e-300)))
 
     def _bounds(self) -> tuple[Array, Array]:
         limits = self.limits

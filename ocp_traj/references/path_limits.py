@@ -81,7 +81,12 @@ def path_rows(task: TrajectoryTask, grid: PathGrid) -> PathRows:
     limited = np.isfinite(parts[4]).any(axis=(0, 1)) | np.isfinite(parts[5]).any(axis=(0, 1))
     largest_x, x_labels = _speed_bounds(task, grid)
     return PathRows(
-        *(part[:, :, limited] for part in parts),
+        by_u=parts[0][:, :, limited],
+        by_x=parts[1][:, :, limited],
+        by_speed=parts[2][:, :, limited],
+        constant=parts[3][:, :, limited],
+        lower=parts[4][:, :, limited],
+        upper=parts[5][:, :, limited],
         largest_x=largest_x,
         labels=tuple(label for label, kept in zip(labels, limited) if kept),
         x_labels=x_labels,
@@ -142,7 +147,7 @@ def _square_speed(motion: Array, limit: Array) -> Array:
     size = np.abs(motion)
     speed = np.full_like(size, np.inf)
     np.divide(limit, size, out=speed, where=size > 1e-12 * max(size.max(), 1e-300))
-    return speed**2
+    return np.asarray(speed**2)
 
 
 def _frame_velocities(task: TrajectoryTask, grid: PathGrid, frame: str) -> Array:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 import time
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -235,7 +235,7 @@ def _single_gaps(
     return blocks, nodes, chain
 
 
-def _joints(limits: JointLimits, chosen: Array) -> JointLimits:
+def _joints(limits: JointLimits, chosen: Any) -> JointLimits:
     names = ("fastest", "slowest", "speeding", "braking", "nearest", "farthest", "start", "end")
     return JointLimits(*(getattr(limits, name)[:, chosen] for name in names))
 
@@ -308,7 +308,7 @@ def _search(
 
     def possible(lows: Array, highs: Array, total: Array) -> Array:
         shortest, longest = lows * total[:, None], highs * total[:, None]
-        result = (longest @ rows.T >= needed * (1.0 - MARGIN)).all(axis=1)
+        result: Array = (longest @ rows.T >= needed * (1.0 - MARGIN)).all(axis=1)
         if result.any():
             result[result] = feasible(limits, shortest[result], longest[result])
         return result

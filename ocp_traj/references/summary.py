@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ocp_traj.references.convex import convex_reference
-from ocp_traj.references.shortest_motion import KinematicBound, kinematic_bound
 from ocp_traj.references.result import ReferenceResult
+from ocp_traj.references.shortest_motion import KinematicBound, kinematic_bound
 from ocp_traj.references.time_optimal import toppra_reference
 
 if TYPE_CHECKING:

@@ -89,9 +89,9 @@ def refine(solve: Callable[[int], ReferenceResult], stability: float, points: in
     previous, cells = solve(FIRST_GRID), 2 * FIRST_GRID
     while cells <= LARGEST_GRID:
         result = solve(cells)
-        if previous.duration is not None and result.duration is not None:
-            if abs(result.duration - previous.duration) <= stability * result.duration:
-                return result
+        found = previous.duration is not None and result.duration is not None
+        if found and abs(result.duration - previous.duration) <= stability * result.duration:  # type: ignore[operator]
+            return result
         if previous.duration is None and result.duration is None and cells >= 8 * FIRST_GRID:
             return result
         previous, cells = result, 2 * cells
@@ -111,7 +111,7 @@ def _solve_on_grid(task: TrajectoryTask, path: GeometricPath, points: int) -> Re
         return ReferenceResult("toppra", path.name, None, reason)
     built = time.perf_counter()
     x, node = fastest_timing(grid, rows, end_x)
-    timings = {"build_time": built - began, "solve_time": time.perf_counter() - built}
+    timings: dict[str, Any] = {"build_time": built - began, "solve_time": time.perf_counter() - built}
     if x is None:
         return ReferenceResult("toppra", path.name, None, failure_at(grid, rows, node), **timings)
     return finished("toppra", path, grid, rows, x, points=points, **timings)
@@ -136,7 +136,7 @@ def fastest_timing(grid: PathGrid, rows: PathRows, end_x: Array) -> tuple[Array 
         if abs(duration - last) <= 1e-8 * duration:
             break
         guess = x
-    return x / unit**2, -1
+    return None if x is None else x / unit**2, -1
 
 
 def run_toppra(grid: PathGrid, rows: ScaledRows, end_x: Array) -> tuple[Array | None, int]:

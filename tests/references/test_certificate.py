@@ -20,7 +20,7 @@ def test_an_enclosure_contains_values_and_slopes() -> None:
     zero = np.zeros((1, 2))
     for name in ("cubic", "3-5-3"):
         orders = (1,) if name == "cubic" else (1, 2)
-        ends = EndConditions({j: zero for j in orders}, {j: zero for j in orders})
+        ends = EndConditions(dict.fromkeys(orders, zero), dict.fromkeys(orders, zero))
         boxes = get_family(name).pieces(Enclosure.variables(low, high), positions, ends)
         for _ in range(5):
             h = low + rng.random(low.shape) * (high - low)
