@@ -32,6 +32,7 @@ class CovarianceMatrixAdaptation(Optimizer[CmaState]):
 
     The first population is uniform in the box, its best becomes the mean. Only the order of candidates
     counts, so every constraint handling works. Candidates outside are resampled by the package itself.
+    Where the package says it has converged or degenerated, it starts again from a random mean.
 
     Parameters
     ----------
@@ -61,9 +62,16 @@ class CovarianceMatrixAdaptation(Optimizer[CmaState]):
         worst = np.full(positions.shape[0], np.inf)
         return CmaState(frame, ordering, 0, INITIAL_PHASE, positions, worst, worst, {})
 
+    def make_engine(self, mean: FloatArray) -> cmaes.CMA:
+        """Return a fresh engine in the unit box that starts at the mean (d,)."""
+        box = np.tile([0.0, 1.0], (mean.shape[0], 1))
+        return cmaes.CMA(mean, self.sigma, bounds=box, population_size=self.population)
+
     def propose(self, state: CmaState, rng: np.random.Generator) -> tuple[FloatArray, CmaState]:
         """Sample the distribution; see `Optimizer.propose`."""
         engine = wake(state.engine)
+        if engine.should_stop():
+            engine = self.make_engine(rng.random(state.frame.dimension))
         engine.reseed_rng(int(rng.integers(2**32)))
         unit = np.array([engine.ask() for _ in range(self.population)])
         scaled: FloatArray = state.frame.lower + state.frame.width * unit
@@ -76,8 +84,7 @@ class CovarianceMatrixAdaptation(Optimizer[CmaState]):
         unit = np.clip((X - frame.lower) / width, 0.0, 1.0)
         order = state.ordering.sort(cost, violation)
         if state.phase == INITIAL_PHASE:
-            box = np.tile([0.0, 1.0], (frame.dimension, 1))
-            engine = cmaes.CMA(unit[order[0]], self.sigma, bounds=box, population_size=self.population)
+            engine = self.make_engine(unit[order[0]])
             generation = 0
         else:
             engine = wake(state.engine)
