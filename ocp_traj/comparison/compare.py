@@ -75,7 +75,8 @@ def compare(
     """
     specs = plan.runs(identify)
     with Store(folder, create=True) as store, _only_writer(folder):
-        number = store.add_plan(plan, describe_environment(), specs)
+        workers = {"workers": dask or jobs}
+        number = store.add_plan(plan, {**describe_environment(), **workers}, specs)
         for spec in specs:
             store.add_case(spec)
         todo = missing(store, specs)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -33,7 +34,7 @@ def convergence_picture(judgement: Judgement, problem: Problem) -> Picture:
     caption = (
         f"{problem.label}: median over seeds of the best feasible objective so far; bands span the "
         "quartiles. A run counts only when the audit accepts its answer; a curve begins where half of the runs have a "
-        "feasible point. Dashed: the best known here."
+        "feasible point, and is held when the last run has ended. Dashed: the best known here."
     )
     return Picture(
         f"convergence-{problem.digest[:8]}-{problem.settings_digest[:4]}", "Convergence", caption, panels
@@ -61,8 +62,14 @@ def _convergence_panel(judgement: Judgement, problem: Problem, measure: str) -> 
         ends += [grid[shown][0], grid[shown][-1]]
     if problem.best is not None and lines:
         span = np.array([min(ends), max(ends)])
+        lines = [_held(line, span[1]) for line in lines]
         lines.append(Line(span, np.full(2, problem.best), "best known", LIMIT, dashed=True))
     return Panel(problem.label, MEASURES[measure], "objective", tuple(lines), tuple(bands), log_x=True)
+
+
+def _held(line: Line, end: float) -> Line:
+    """Return the curve held at its last value up to the common end."""
+    return replace(line, x=np.append(line.x, end), y=np.append(line.y, line.y[-1]))
 
 
 def _grid(group: Group, measure: str) -> Array:

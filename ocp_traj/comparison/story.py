@@ -208,7 +208,8 @@ def describe_machine(environment: dict[str, Any]) -> str:
     return (
         f"{machine['processor']}, {machine['cores']} cores"
         f"{'' if memory is None or math.isnan(memory) else f', {memory:g} GB'}, {machine['system']}; "
-        f"Python {environment['python']}, {versions}. One thread a run.{source}"
+        f"Python {environment['python']}, {versions}. Workers: {environment.get('workers', 1)}, one thread a "
+        f"run.{source}"
     )
 
 

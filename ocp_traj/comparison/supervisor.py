@@ -25,9 +25,13 @@ START_SECONDS = 120.0
 """How long a child may take to import what it needs."""
 
 
+GRACE_SECONDS = 5.0
+"""What a run may take beyond its solver's time limit: loading the case, compiling, the audit."""
+
+
 def hard_limit(time_limit: float) -> float:
-    """Return after how many seconds a run is killed: its limit, a tenth more and two seconds to finish."""
-    return 1.1 * time_limit + 2.0
+    """Return after how many seconds a run is killed: its solver's limit, a tenth more, and the grace."""
+    return 1.1 * time_limit + GRACE_SECONDS
 
 
 class Supervisor:

@@ -49,8 +49,8 @@ def test_good_runs_between_bad_ones_are_kept(misbehaved: dict[str, Row]) -> None
 def test_a_solver_stuck_in_native_code_is_killed_at_its_time_limit(misbehaved: dict[str, Row]) -> None:
     record = misbehaved["loop"].record
     assert (record.status, record.reason, record.feasible) == ("time_exhausted", "time limit", False)
-    assert "killed after 2.55 s" in record.message
-    assert record.wall_time is not None and record.wall_time >= 2.55
+    assert "killed after 5.55 s" in record.message
+    assert record.wall_time is not None and record.wall_time >= 5.55
 
 
 def test_a_segmentation_fault_is_a_row_with_its_signal(misbehaved: dict[str, Row]) -> None:
