@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from ocp_traj.arrays import Array
 
@@ -88,16 +89,16 @@ def prove_total(
         bounds = np.concatenate([bounds[kept], new_bounds])
 
 
-def _cut_by_simplex(lows: Array, highs: Array) -> tuple[Array, Array, Array]:
+def _cut_by_simplex(lows: Array, highs: Array) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
     """Tighten boxes by sum(p) = 1; returns lower, upper and which boxes are empty."""
     for _ in range(2):
         lows = np.maximum(lows, 1.0 - (highs.sum(axis=1, keepdims=True) - highs) - 1e-15)
         highs = np.minimum(highs, 1.0 - (lows.sum(axis=1, keepdims=True) - lows) + 1e-15)
-    return lows, highs, (lows > highs).any(axis=1)
+    return lows, highs, np.asarray((lows > highs).any(axis=1))
 
 
-def _split(lows: Array, highs: Array) -> tuple[Array, Array, Array]:
-    """Halve every box at its side that is longest for its distance from zero; returns the children and the index of each one's parent."""
+def _split(lows: Array, highs: Array) -> tuple[Array, Array, npt.NDArray[np.int_]]:
+    """Halve every box at its longest side, for its distance from zero; return children and their parents."""
     side = np.argmax((highs - lows) / (lows + 0.05), axis=1)
     rows = np.arange(len(lows))
     middle = 0.5 * (lows[rows, side] + highs[rows, side])

@@ -17,11 +17,15 @@ functions linear in h); that relaxation contains every motion, and is exact wher
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from ocp_traj.arrays import Array
+
+BoolArray: TypeAlias = npt.NDArray[np.bool_]
 
 PADDING = 1e-11
 """Relative widening of velocity and acceleration limits, against rounding."""
@@ -62,15 +66,24 @@ class JointLimits:
         rows = slice(first, last)
         start = self.start if first == 0 else self._allowed(first)
         end = self.end if last == self.gaps else self._allowed(last)
-        names = ("fastest", "slowest", "speeding", "braking", "nearest", "farthest")
-        return JointLimits(*(getattr(self, name)[rows] for name in names), start=start, end=end)
+        return replace(
+            self,
+            fastest=self.fastest[rows],
+            slowest=self.slowest[rows],
+            speeding=self.speeding[rows],
+            braking=self.braking[rows],
+            nearest=self.nearest[rows],
+            farthest=self.farthest[rows],
+            start=start,
+            end=end,
+        )
 
     def _allowed(self, waypoint: int) -> Array:
         lower = -np.minimum(self.slowest[waypoint - 1], self.slowest[waypoint])
         return np.stack([lower, np.minimum(self.fastest[waypoint - 1], self.fastest[waypoint])])
 
 
-def feasible(limits: JointLimits, shortest: Array, longest: Array) -> Array:
+def feasible(limits: JointLimits, shortest: Array, longest: Array) -> BoolArray:
     """Return whether some motion may exist with durations in each box, (P,) bool.
 
     Parameters
@@ -96,12 +109,15 @@ def feasible(limits: JointLimits, shortest: Array, longest: Array) -> Array:
         )  # the row is lost, numbers stay finite
         possible &= alive.all(axis=1)
     slack = PADDING * (limits.fastest[-1] + limits.slowest[-1])
-    return possible & ((low <= limits.end[1] + slack) & (high >= limits.end[0] - slack)).all(axis=1)
+    kept: BoolArray = possible & ((low <= limits.end[1] + slack) & (high >= limits.end[0] - slack)).all(
+        axis=1
+    )
+    return kept
 
 
 def _cross_gap(
     limits: JointLimits, gap: int, low: Array, high: Array, ends: list[Array]
-) -> tuple[Array, Array, Array]:
+) -> tuple[Array, Array, BoolArray]:
     """Return the interval of velocities after a gap, (P, n) twice, and whether it is not empty.
 
     `ends` holds the least and the largest duration of the gap, (P, 1) each, or only one where they are the same.
@@ -118,7 +134,7 @@ def _cross_gap(
     return bottom, top, alive & (bottom <= top)
 
 
-def _can_stay_behind(far: Array, low: Array, slowest: Array, down: Array, ends: list[Array]) -> Array:
+def _can_stay_behind(far: Array, low: Array, slowest: Array, down: Array, ends: list[Array]) -> BoolArray:
     """Return whether braking fully from velocity `low` keeps the distance at `far` or less for some h.
 
     That distance is concave in h, so both ends of the interval of h are enough.
@@ -128,7 +144,8 @@ def _can_stay_behind(far: Array, low: Array, slowest: Array, down: Array, ends: 
     for h in ends:
         braked = np.minimum(h, braking_time)
         least = np.minimum(least, low * braked - 0.5 * down * braked**2 - slowest * (h - braked))
-    return least <= far + 1e-14 * (1.0 + np.abs(far))
+    behind: BoolArray = least <= far + 1e-14 * (1.0 + np.abs(far))
+    return behind
 
 
 def _highest_velocity(
@@ -157,7 +174,7 @@ def _highest_velocity(
         impossible = np.where(valley < -slowest, room < 0, square < 0)
         reached = np.where(impossible, -np.inf, reached)
         top = np.maximum(top, np.where(low <= begin, straight, reached))
-    return np.minimum(np.minimum(top, fastest), high + up * ends[-1])
+    return np.asarray(np.minimum(np.minimum(top, fastest), high + up * ends[-1]))
 
 
 def shortest_total(limits: JointLimits, proportions: Array, largest: float, iterations: int = 60) -> Array:
@@ -175,5 +192,5 @@ def shortest_total(limits: JointLimits, proportions: Array, largest: float, iter
     return np.where(known, high, np.inf)
 
 
-def _feasible_points(limits: JointLimits, durations: Array) -> Array:
+def _feasible_points(limits: JointLimits, durations: Array) -> BoolArray:
     return feasible(limits, durations, durations)

@@ -53,10 +53,10 @@ class Enclosure:
         return Enclosure(-self.high, -self.low)
 
     def __sub__(self, other: Any) -> Enclosure:
-        return self + (-other)
+        return self.__add__(-other)
 
     def __rsub__(self, other: Any) -> Enclosure:
-        return (-self) + other
+        return (-self).__add__(other)
 
     def __mul__(self, other: Any) -> Enclosure:
         if not isinstance(other, Enclosure):
@@ -73,10 +73,11 @@ class Enclosure:
     __rmul__ = __mul__
 
     def __truediv__(self, other: Any) -> Enclosure:
-        return self * (other**-1 if isinstance(other, Enclosure) else 1.0 / other)
+        inverse: Any = other**-1 if isinstance(other, Enclosure) else 1.0 / other
+        return self.__mul__(inverse)
 
     def __rtruediv__(self, other: Any) -> Enclosure:
-        return self**-1 * other
+        return (self**-1).__mul__(other)
 
     def __pow__(self, power: int) -> Enclosure:
         if power == 0:

@@ -158,4 +158,4 @@ def _frame_velocities(task: TrajectoryTask, grid: PathGrid, frame: str) -> Array
     function = robot.frame_velocity(frame)
     mapped = function.map(len(q))
     velocity = np.asarray(mapped(q.T, grid.tangent.reshape(q.shape).T), dtype=np.float64).T
-    return velocity.reshape(len(grid.gaps), 2, 3)
+    return np.asarray(velocity.reshape(len(grid.gaps), 2, 3))
