@@ -56,9 +56,9 @@ def _convergence_panel(judgement: Judgement, problem: Problem, measure: str) -> 
         if not shown.any():
             continue
         lines.append(Line(grid[shown], median[shown], solver, place, step=True))
-        bands.append(
-            Band(grid[shown], lower[shown], np.where(np.isfinite(upper), upper, median)[shown], place)
-        )
+        # A quartile that has nothing feasible yet is above everything.
+        upper = np.where(np.isfinite(upper), upper, costs[np.isfinite(costs)].max())
+        bands.append(Band(grid[shown], lower[shown], upper[shown], place))
         ends += [grid[shown][0], grid[shown][-1]]
     if problem.best is not None and lines:
         span = np.array([min(ends), max(ends)])
