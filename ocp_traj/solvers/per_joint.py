@@ -19,13 +19,16 @@ from ocp_traj.task import Boundary, Limits, Objective, TrajectoryTask
 from ocp_traj.transcription.condensed import CondensedNlp
 from ocp_traj.transcription.curve import trajectory_from_durations
 
+DEFAULT_BUDGET = 20_000
+"""Evaluations of all joints together when the request names none."""
+
 if TYPE_CHECKING:
-    from ocp_traj.solvers.population import Population
+    from ocp_traj.solvers.condensed import CondensedSolver
 
 
 def joint_task(task: TrajectoryTask, joint: int) -> TrajectoryTask:
     """Return the kinematic task of one joint alone."""
-    limits = {
+    limits: dict[str, Any] = {
         name: task.limits.get(name)[:, :, [joint]]
         for name in ("position", "velocity", "acceleration", "jerk")
     }
@@ -55,31 +58,52 @@ def synchronise(task: TrajectoryTask, durations: Array) -> Array:
     return result
 
 
-def solve_per_joint(task: TrajectoryTask, request: Request, solver: Population) -> Outcome:
+def solve_per_joint(task: TrajectoryTask, request: Request, solver: CondensedSolver) -> Outcome:
     """Run a population method on every moving joint alone and synchronise; the budget is shared equally."""
-    if task.virtual_knots or task.needs_torque and set(task.objective.weights) != {"time"}:
+    return join_joints(task, search_joints(task, request, solver), solver)
+
+
+def search_joints(task: TrajectoryTask, request: Request, solver: CondensedSolver) -> dict[int, Solution]:
+    """Run a population method on every moving joint alone, each with an equal share of the budget.
+
+    Returns
+    -------
+    dict
+        Solution by joint, from 0; the problem of each is a `CondensedNlp`.
+    """
+    if task.virtual_knots or set(task.objective.weights) != {"time"} or task.objective.custom:
         raise InputError(
-            "the per-joint protocol optimises durations of kinematic problems without virtual knots"
+            "the per-joint protocol minimises the time of motions without virtual knots, expected search.protocol "
+            "'shared' for anything else"
         )
     moving = np.flatnonzero(np.ptp(task.waypoints, axis=0) > 0)
-    share = None if request.budget is None else max(1, request.budget // max(1, len(moving)))
-    seconds = None if request.time_limit is None else request.time_limit / max(1, len(moving))
-    durations = np.full((task.n, task.gaps), float(np.asarray(task.search.duration)[0]))
-    solutions = []
-    for joint in moving:
-        alone = CondensedNlp(
-            joint_task(task, int(joint)),
-            encoding=solver.encoding,
-            samples=solver.samples,
-            extrema=solver.extrema,
+    budget = DEFAULT_BUDGET if request.budget is None else request.budget
+    if budget < len(moving):
+        raise InputError(
+            f"a budget of {budget} cannot be shared, expected at least 1 a moving joint ({len(moving)})"
         )
-        seed = int(np.random.SeedSequence([request.seed, int(joint)]).generate_state(1)[0])
-        part = solver.search(alone, replace(request, seed=seed, budget=share, time_limit=seconds))
-        durations[joint] = np.diff(alone.decode(part.x).breakpoints)
-        solutions.append(part)
+    share = budget // max(1, len(moving))
+    seconds = None if request.time_limit is None else request.time_limit / max(1, len(moving))
+    solutions = {}
+    for joint in moving.tolist():
+        alone = CondensedNlp(
+            joint_task(task, joint), encoding=solver.encoding, samples=solver.samples, extrema=solver.extrema
+        )
+        seed = int(np.random.SeedSequence([request.seed, joint]).generate_state(1)[0])
+        part = replace(request, seed=seed, budget=share, time_limit=seconds)
+        solutions[joint] = solver.search(alone, part)
+    return solutions
+
+
+def join_joints(task: TrajectoryTask, parts: dict[int, Solution], solver: CondensedSolver) -> Outcome:
+    """Return the synchronised motion of joints optimised alone."""
+    durations = np.full((task.n, task.gaps), float(np.asarray(task.search.duration)[0]))
+    for joint, part in parts.items():
+        assert isinstance(part.problem, CondensedNlp)
+        durations[joint] = np.diff(part.problem.decode(part.x).breakpoints)
     shared = synchronise(task, durations)
     nlp = CondensedNlp(task, samples=solver.samples, extrema=solver.extrema)
-    solution = _joined(nlp, shared, solutions)
+    solution = _joined(nlp, shared, list(parts.values()))
     return Outcome(trajectory_from_durations(task, shared), solution, {"evaluate": solution.evaluations})
 
 
