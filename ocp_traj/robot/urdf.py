@@ -78,7 +78,10 @@ def robot_from_urdf(
     path = Path(path)
     full = read_urdf(path)
     locked = locked_joints(full, lock, keep)
-    plain = plain_model(full, locked)
+    try:
+        plain = plain_model(full, locked)
+    except RobotError as error:
+        raise RobotError(f"robot description {path}: {error}") from error
     model = plain.model
     if model.njoints < 2:
         raise RobotError(f"robot description {path} has no joint left that moves")
