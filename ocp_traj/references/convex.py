@@ -146,7 +146,7 @@ class KeptRows:
     by_start, by_end, bound : (N, r) arrays
         Each row divided by `size` (N, r); rows of zeros fill the table.
     sources : (N, r) int array
-        Index among the prepared rows; -1 for fillers, and -2 and -3 for the bounds on speed at the cell's start and end.
+        Index among the prepared rows; -1 for fillers, -2 and -3 for the bounds on speed at start and end.
     empty_cell : int
         First cell without any possible (x_i, x_(i+1)), or -1.
     """

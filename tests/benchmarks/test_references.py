@@ -24,7 +24,13 @@ from ocp_traj.task import Limits, TrajectoryTask
 
 pytestmark = pytest.mark.slow
 
-KINEMATIC = ("machines-2024-490", "fanuc-m10id8l", "fang-2020-task-1", "yu-2025-four-points", "zou-2024-eight-points")
+KINEMATIC = (
+    "machines-2024-490",
+    "fanuc-m10id8l",
+    "fang-2020-task-1",
+    "yu-2025-four-points",
+    "zou-2024-eight-points",
+)
 
 
 @pytest.mark.parametrize("name", [*KINEMATIC, "puma560-eight-knots"])
@@ -32,7 +38,9 @@ def test_kinematic_bound(name: str) -> None:
     began = time.process_time()
     bound = kinematic_bound(load_case(name), time_limit=120.0)
     seconds = time.process_time() - began
-    print(f"\n{name}: lower {bound.lower:.6f} estimate {bound.estimate:.6f} s, {bound.nodes} cells, {seconds:.1f} s CPU")
+    print(
+        f"\n{name}: lower {bound.lower:.6f} estimate {bound.estimate:.6f} s, {bound.nodes} cells, {seconds:.1f} s CPU"
+    )
     assert bound.lower <= bound.estimate
     if name == "machines-2024-490":
         assert bound.lower >= 1.469 and bound.estimate == pytest.approx(1.4839, abs=1e-4)
@@ -59,7 +67,9 @@ def test_jerk_estimate(name: str, known: float) -> None:
     result = jerk_estimate(task)
     seconds = time.process_time() - began
     timed = jerk_limited_reference(task, "chord")
-    print(f"\n{name}: estimate {result.estimate:.6f} s ({seconds:.1f} s CPU); chord path {timed.duration:.4f} s")
+    print(
+        f"\n{name}: estimate {result.estimate:.6f} s ({seconds:.1f} s CPU); chord path {timed.duration:.4f} s"
+    )
     assert result.estimate <= known * (1 + 1e-4)
 
 
@@ -69,11 +79,17 @@ def test_convex_problem_of_1000_cells_and_seven_joints() -> None:
     lower, upper = np.clip(robot.position_limits, -2.0, 2.0)
     points = lower + (upper - lower) * rng.random((5, 7))
     for word, share in (("first", 1.0), ("second", 0.95)):
-        limits = Limits(acceleration=10.0 * share, velocity=share * robot.velocity_limits, torque=share * robot.torque_limits)
+        limits = Limits(
+            acceleration=10.0 * share,
+            velocity=share * robot.velocity_limits,
+            torque=share * robot.torque_limits,
+        )
         task = TrajectoryTask(points, limits, robot=robot)
         wall, cpu = time.perf_counter(), time.process_time()
         result = convex_reference(task, "chord", points=960)
         wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
-        print(f"\n{word} solve, {len(result.s) - 1} cells: {wall:.2f} s wall, {cpu:.2f} s CPU, {result.duration:.6f} s")
+        print(
+            f"\n{word} solve, {len(result.s) - 1} cells: {wall:.2f} s wall, {cpu:.2f} s CPU, {result.duration:.6f} s"
+        )
         fastest = toppra_reference(task, "chord", points=960)
         assert result.duration == pytest.approx(fastest.duration, rel=1e-3)
