@@ -129,10 +129,19 @@ def build_plan(
     if solvers is not None:
         changes["solvers"] = tuple(split_solvers(solvers))
     plan = replace(plan, **{name: value for name, value in changes.items() if value is not None})
-    choices = tuple(CaseChoice(choice.case, (*choice.overrides, *overrides)) for choice in plan.cases)
+    choices = tuple(
+        CaseChoice(_findable(choice.case), (*choice.overrides, *overrides)) for choice in plan.cases
+    )
     for name in plan.solvers:
         parse_solver(name)  # raises where a solver does not exist, has no such setting, or cannot be loaded
     return replace(plan, cases=choices, solvers=tuple(canonical_name(name) for name in plan.solvers))
+
+
+def _findable(case: str) -> str:
+    """Return a case file's absolute path, so that the report finds it from any folder; names stay names."""
+    from ocp_traj.case import case_names
+
+    return str(Path(case).absolute()) if case not in case_names() and Path(case).is_file() else case
 
 
 def usable_cores() -> int:

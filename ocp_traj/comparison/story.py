@@ -9,7 +9,7 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.comparison.judging import Judgement, median_interval, objective_of
-from ocp_traj.comparison.statistics import LEVEL, TIE, PairTest, describe_superiority
+from ocp_traj.comparison.statistics import LEVEL, TIE, PairTest, describe_superiority, median
 
 SIGNIFICANT = 1.0 - LEVEL
 
@@ -35,6 +35,7 @@ def tell_story(judgement: Judgement, planned: int, stored: int) -> list[str]:
     sentences += _margins(judgement)
     sentences.append(_sureness(judgement))
     sentences += _references(judgement)
+    sentences.append(_costs(judgement))
     sentences.append(_reliability(judgement))
     return sentences
 
@@ -174,6 +175,21 @@ def _references(judgement: Judgement) -> list[str]:
             said.append(f"{durations[solver] / bound:.3f} times the {kind} kinematic bound")
         sentences.append(", ".join(said) + ".")
     return sentences
+
+
+def _costs(judgement: Judgement) -> str:
+    said = []
+    for solver in judgement.solvers:
+        groups = judgement.of_solver(solver)
+        evaluations = median(np.concatenate([group.values("evaluations") for group in groups]))
+        seconds = median(
+            np.concatenate([group.values("build_time") + group.values("solve_time") for group in groups])
+        )
+        told = np.isfinite([evaluations, seconds]).all()
+        said.append(
+            f"{solver} {evaluations:.7g} evaluations, {seconds:.2g} s" if told else f"{solver} none told"
+        )
+    return f"Median cost of a run: {'; '.join(said)}."
 
 
 def _reliability(judgement: Judgement) -> str:

@@ -147,6 +147,11 @@ def test_failures_count_against_a_solver(folder: Path) -> None:
     assert "crash" in (folder / "report.md").read_text()
 
 
+def test_the_cost_of_a_run_is_told(folder: Path) -> None:
+    (sentence,) = [sentence for sentence in story_of(folder) if sentence.startswith("Median cost")]
+    assert "good 100 evaluations, 0.3 s" in sentence and "dead none told" in sentence
+
+
 def test_a_liar_never_sets_the_best_known_value(folder: Path) -> None:
     with Store(folder) as store:
         judgement = judge(store.rows(), store.cases())
