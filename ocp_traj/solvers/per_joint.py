@@ -16,14 +16,15 @@ from ocp_traj.arrays import Array
 from ocp_traj.exceptions import InputError
 from ocp_traj.solvers.solver import Outcome, Request
 from ocp_traj.task import Boundary, Limits, Objective, TrajectoryTask
+from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.condensed import CondensedNlp
 from ocp_traj.transcription.curve import trajectory_from_durations
 
-DEFAULT_BUDGET = 20_000
-"""Evaluations of all joints together when the request names none."""
-
 if TYPE_CHECKING:
     from ocp_traj.solvers.condensed import CondensedSolver
+
+DEFAULT_BUDGET = 20_000
+"""Evaluations of all joints together when the request names none."""
 
 
 def joint_task(task: TrajectoryTask, joint: int) -> TrajectoryTask:
@@ -47,12 +48,24 @@ def joint_task(task: TrajectoryTask, joint: int) -> TrajectoryTask:
     )
 
 
-def synchronise(task: TrajectoryTask, durations: Array) -> Array:
-    """Return the largest duration per gap over the joints that move in it, (K - 1,), from (n, K - 1).
+def moving_gaps(trajectory: Trajectory) -> Any:
+    """Return in which gaps the curve of a single joint moves, (K - 1,) of bool.
 
-    A joint that rests in a gap says nothing about its duration; a gap in which no joint moves takes the smallest.
+    A gap between equal waypoints may move too, when the curve passes one of them with a velocity.
     """
-    moves = np.diff(task.waypoints, axis=0).T != 0
+    travel = np.abs(np.asarray(trajectory.coefficients)[:, 0, 1:]).max(axis=1)
+    return travel > 1e-9 * max(float(travel.max()), 1e-300)
+
+
+def synchronise(durations: Array, moves: Any) -> Array:
+    """Return the largest duration per gap over the joints that move in it, (K - 1,).
+
+    Parameters
+    ----------
+    durations : (n, K - 1) s, of every joint alone
+    moves : (n, K - 1) of bool
+        A joint that rests in a gap says nothing about its duration; a gap in which none moves takes the smallest.
+    """
     largest = np.where(moves, durations, -np.inf).max(axis=0)
     result: Array = np.where(np.isfinite(largest), largest, durations.min(axis=0))
     return result
@@ -101,7 +114,7 @@ def join_joints(task: TrajectoryTask, parts: dict[int, Solution], solver: Conden
     for joint, part in parts.items():
         assert isinstance(part.problem, CondensedNlp)
         durations[joint] = np.diff(part.problem.decode(part.x).breakpoints)
-    shared = synchronise(task, durations)
+    shared = synchronise(durations, moves)
     nlp = CondensedNlp(task, samples=solver.samples, extrema=solver.extrema)
     solution = _joined(nlp, shared, list(parts.values()))
     return Outcome(trajectory_from_durations(task, shared), solution, {"evaluate": solution.evaluations})

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -18,31 +17,23 @@ from metaheuristics import (
     unavailable,
 )
 from ocp_traj.exceptions import InputError, UnavailableError, UnknownNameError
-from ocp_traj.solvers.per_joint import solve_per_joint
-from ocp_traj.solvers.solver import Outcome, Request, Solver
-from ocp_traj.task import TrajectoryTask
-from ocp_traj.trajectory import Trajectory
-from ocp_traj.transcription import initial_guess
+from ocp_traj.solvers.condensed import CondensedSolver, encode_motion
+from ocp_traj.solvers.counting import Counted
+from ocp_traj.solvers.per_joint import DEFAULT_BUDGET
+from ocp_traj.solvers.solver import Request
 from ocp_traj.transcription.condensed import CondensedNlp
-
-DEFAULT_BUDGET = 20_000
-"""Evaluations when the request names none."""
 
 
 @dataclass(frozen=True)
-class Population(Solver):
+class Population(CondensedSolver):
     """An optimiser of `metaheuristics` on the condensed form.
 
     Parameters
     ----------
     method : str
         Its short name in `metaheuristics.registry`.
-    encoding : str
-        ``"durations"``, ``"log-durations"`` or ``"scaled"``; see `CondensedNlp`.
-    samples : int
-        Samples a gap.
-    extrema : str
-        ``"auto"``, ``"exact"`` or ``"sampled"``.
+    encoding, samples, extrema
+        See `CondensedSolver`.
     handling : str or None
         Constraint handling; None leaves it to the optimiser.
     start : str
@@ -57,9 +48,6 @@ class Population(Solver):
     kind: ClassVar[str] = "population"
 
     method: str = "pso"
-    encoding: str = "durations"
-    samples: int = 16
-    extrema: str = "auto"
     handling: str | None = None
     start: str = "nothing"
     restarts: bool = False
@@ -98,19 +86,6 @@ class Population(Solver):
         except (TypeError, ValueError) as error:
             raise UnknownNameError(f"solver {self.method!r}: {error}") from error
 
-    def run(self, task: TrajectoryTask, request: Request) -> Outcome:
-        """Search; see `Solver.run`."""
-        if task.search.protocol == "per-joint":
-            return solve_per_joint(task, request, self)
-        begin = time.perf_counter()
-        nlp = CondensedNlp(task, encoding=self.encoding, samples=self.samples, extrema=self.extrema)
-        start, spent, counts = self._start(nlp, request)
-        build_time = time.perf_counter() - begin
-        solution = self.search(nlp, request, start, spent)
-        solution = _with_costs(solution, build_time, spent)
-        counts = {**counts, "evaluate": solution.evaluations}
-        return Outcome(nlp.decode(solution.x), solution, counts)
-
     def search(self, nlp: CondensedNlp, request: Request, start: Any = None, spent: int = 0) -> Solution:
         """Search the box of a condensed problem."""
         budget = (request.budget or DEFAULT_BUDGET) - spent
@@ -118,25 +93,26 @@ class Population(Solver):
             raise InputError(
                 f"a budget of {request.budget} is used up by the start, expected more than {spent}"
             )
-        rng = np.random.default_rng(request.seed)
+        return self.search_counted(Counted(nlp, budget), replace(request, budget=budget), start)
+
+    def search_counted(self, problem: Counted, request: Request, start: Any = None) -> Solution:
+        """Search a problem that counts; the budget is its own."""
         common: dict[str, Any] = {
-            "rng": rng,
-            "budget": budget,
+            "rng": np.random.default_rng(request.seed),
+            "budget": problem.budget,
             "seconds": request.time_limit,
             "x0": start,
             "constraint_handling": self.handling,
             "callback": request.progress,
         }
-        if self.restarts:
-            return minimize_restarting(nlp, self.optimizer(), **common)
-        return minimize(nlp, self.optimizer(), **common)
+        run = minimize_restarting if self.restarts else minimize
+        solution = run(problem, self.optimizer(), **common)
+        return replace(solution, problem=problem.nlp, evaluations=problem.evaluations)
 
-    def _start(self, nlp: CondensedNlp, request: Request) -> tuple[Any, int, dict[str, int]]:
-        """Return the candidates for the first population, evaluations spent on them, and counts."""
-        candidates = []
-        spent, counts = 0, {}
-        if request.warm_start is not None:
-            candidates.append(self._encode(nlp, request.warm_start))
+    def start_candidates(self, nlp: CondensedNlp, request: Request) -> tuple[Any, int, dict[str, int]]:
+        """Return the warm start and what `start` asks for; see `CondensedSolver.start_candidates`."""
+        known, spent, counts = super().start_candidates(nlp, request)
+        candidates = [] if known is None else list(known)
         if self.start == "guess":
             candidates.append(nlp.guess)
         elif self.start == "ipopt":
@@ -145,14 +121,8 @@ class Population(Solver):
             outcome = Gradient().run(nlp.task, Request(request.seed, request.budget, request.time_limit))
             spent, counts = outcome.solution.evaluations, outcome.counts
             if outcome.trajectory is not None:
-                candidates.append(self._encode(nlp, outcome.trajectory))
+                candidates.append(encode_motion(nlp, outcome.trajectory))
         return (np.stack(candidates) if candidates else None), spent, counts
-
-    @staticmethod
-    def _encode(nlp: CondensedNlp, trajectory: Trajectory) -> Any:
-        same = trajectory.family == nlp.task.family and len(trajectory.breakpoints) == nlp.segments + 1
-        motion = trajectory if same else initial_guess(nlp.task, trajectory.segment_durations)
-        return np.clip(nlp.encode(motion), nlp.lower, nlp.upper)
 
 
 def _preset(method: str, preset: str) -> dict[str, Any]:
@@ -169,11 +139,3 @@ def _preset(method: str, preset: str) -> dict[str, Any]:
 
 def _changed_fields(optimizer: Optimizer[Any]) -> dict[str, Any]:
     return {entry.name: getattr(optimizer, entry.name) for entry in fields(optimizer) if entry.init}
-
-
-def _with_costs(solution: Solution, build_time: float, spent: int) -> Solution:
-    from dataclasses import replace
-
-    return replace(
-        solution, build_time=solution.build_time + build_time, evaluations=solution.evaluations + spent
-    )

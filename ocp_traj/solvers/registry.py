@@ -156,7 +156,9 @@ def _load(name: str) -> tuple[type[Solver], dict[str, Any]]:
 
 
 def _construct(name: str, cls: type[Solver], settings: dict[str, Any]) -> Solver:
-    known = {entry.name: entry for entry in dataclasses.fields(cls)} if dataclasses.is_dataclass(cls) else {}
+    known: list[str] = (
+        [entry.name for entry in dataclasses.fields(cls)] if dataclasses.is_dataclass(cls) else []
+    )
     unknown = set(settings) - set(known)
     if unknown:
         raise UnknownNameError(
