@@ -16,7 +16,6 @@ from ocp_traj.arrays import Array
 from ocp_traj.exceptions import InputError
 from ocp_traj.solvers.solver import Outcome, Request
 from ocp_traj.task import Boundary, Limits, Objective, TrajectoryTask
-from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.condensed import CondensedNlp
 from ocp_traj.transcription.curve import trajectory_from_durations
 
@@ -48,25 +47,26 @@ def joint_task(task: TrajectoryTask, joint: int) -> TrajectoryTask:
     )
 
 
-def moving_gaps(trajectory: Trajectory) -> Any:
-    """Return in which gaps the curve of a single joint moves, (K - 1,) of bool.
+def moving_gaps(task: TrajectoryTask, durations: Array) -> Any:
+    """Return in which gaps each joint's own curve moves, (n, K - 1) of bool, from its durations (n, K - 1), s.
 
-    A gap between equal waypoints may move too, when the curve passes one of them with a velocity.
+    A joint may move between equal waypoints: it passes one of them with a velocity.
     """
-    travel = np.abs(np.asarray(trajectory.coefficients)[:, 0, 1:]).max(axis=1)
-    return travel > 1e-9 * max(float(travel.max()), 1e-300)
+    moves = np.zeros(durations.shape, dtype=bool)
+    for joint in np.flatnonzero(np.ptp(task.waypoints, axis=0) > 0).tolist():
+        curve = trajectory_from_durations(joint_task(task, joint), durations[joint])
+        steps = durations[joint][:, None] ** np.arange(curve.degree + 1)
+        travel = np.abs(np.asarray(curve.coefficients)[:, 0] * steps)[:, 1:].max(axis=1)
+        moves[joint] = travel > 1e-9 * travel.max()
+    return moves
 
 
-def synchronise(durations: Array, moves: Any) -> Array:
-    """Return the largest duration per gap over the joints that move in it, (K - 1,).
+def synchronise(task: TrajectoryTask, durations: Array) -> Array:
+    """Return the largest duration per gap over the joints that move in it, (K - 1,), from (n, K - 1).
 
-    Parameters
-    ----------
-    durations : (n, K - 1) s, of every joint alone
-    moves : (n, K - 1) of bool
-        A joint that rests in a gap says nothing about its duration; a gap in which none moves takes the smallest.
+    A joint that rests in a gap says nothing about its duration; a gap in which no joint moves takes the smallest.
     """
-    largest = np.where(moves, durations, -np.inf).max(axis=0)
+    largest = np.where(moving_gaps(task, durations), durations, -np.inf).max(axis=0)
     result: Array = np.where(np.isfinite(largest), largest, durations.min(axis=0))
     return result
 
@@ -99,9 +99,7 @@ def search_joints(task: TrajectoryTask, request: Request, solver: CondensedSolve
     seconds = None if request.time_limit is None else request.time_limit / max(1, len(moving))
     solutions = {}
     for joint in moving.tolist():
-        alone = CondensedNlp(
-            joint_task(task, joint), encoding=solver.encoding, samples=solver.samples, extrema=solver.extrema
-        )
+        alone = solver.problem(joint_task(task, joint))
         seed = int(np.random.SeedSequence([request.seed, joint]).generate_state(1)[0])
         part = replace(request, seed=seed, budget=share, time_limit=seconds)
         solutions[joint] = solver.search(alone, part)
@@ -114,7 +112,7 @@ def join_joints(task: TrajectoryTask, parts: dict[int, Solution], solver: Conden
     for joint, part in parts.items():
         assert isinstance(part.problem, CondensedNlp)
         durations[joint] = np.diff(part.problem.decode(part.x).breakpoints)
-    shared = synchronise(durations, moves)
+    shared = synchronise(task, durations)
     nlp = CondensedNlp(task, samples=solver.samples, extrema=solver.extrema)
     solution = _joined(nlp, shared, list(parts.values()))
     return Outcome(trajectory_from_durations(task, shared), solution, {"evaluate": solution.evaluations})
