@@ -1,7 +1,5 @@
 """Every way a case file can be wrong has one sentence: the file, the key, what was given, what was expected."""
 
-# ruff: noqa: E501 -- the tables hold whole sentences
-
 from __future__ import annotations
 
 from pathlib import Path
