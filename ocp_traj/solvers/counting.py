@@ -98,7 +98,7 @@ class Counted(Problem):
         if evaluation is not None:
             self.recorder.update(X[:left], evaluation)
             self.archive.add(X[:left], evaluation)
-            if self.evaluations - self._recorded >= min(HISTORY_STEP, len(X)):
+            if len(X) > 1 or self.evaluations - self._recorded >= HISTORY_STEP:
                 self._record()
         if evaluation is None or left < len(X):
             raise BudgetSpent(Status.BUDGET_EXHAUSTED, f"Used the {self.budget} evaluations allowed.")

@@ -48,6 +48,10 @@ def _population(method: str, summary: str, requires: tuple[str, ...] = ()) -> En
     )
 
 
+def _hybrid(method: str, summary: str, requires: tuple[str, ...] = ()) -> Entry:
+    return Entry("ocp_traj.solvers.hybrid", "Hybrid", "hybrid", summary, {"method": method}, requires)
+
+
 def _plugin(plugin: str, summary: str) -> Entry:
     return Entry("ocp_traj.solvers.gradient", "Gradient", "gradient", summary, {"plugin": plugin})
 
@@ -71,6 +75,18 @@ ENTRIES: dict[str, Entry] = {
     "de": _population("de", "differential evolution"),
     "random": _population("random", "uniform random search"),
     "cmaes": _population("cmaes", "covariance matrix adaptation", ("cmaes",)),
+    "pso+ipopt": _hybrid("pso", "particle swarm, then IPOPT from the best few motions"),
+    "ssa+ipopt": _hybrid("ssa", "sparrow search as published, then IPOPT from the best few motions"),
+    "issa+ipopt": _hybrid(
+        "issa-a", "paper A's improved sparrow search, then IPOPT from the best few motions"
+    ),
+    "cmaes+ipopt": _hybrid("cmaes", "CMA-ES, then IPOPT from the best few motions", ("cmaes",)),
+    "ipopt-multistart": Entry(
+        "ocp_traj.solvers.multistart",
+        "MultiStart",
+        "hybrid",
+        "IPOPT from random proportions of the durations",
+    ),
 }
 
 
@@ -93,10 +109,18 @@ def solver_table() -> list[SolverInfo]:
         except UnavailableError as error:
             reason = str(error)
         kind = entry.kind if entry else "third-party"
-        rows.append(
-            SolverInfo(name, kind, not reason, reason, entry.summary if entry else "found by entry point")
-        )
+        rows.append(SolverInfo(name, kind, not reason, reason, entry.summary if entry else _summary(name)))
     return rows
+
+
+def _summary(name: str) -> str:
+    """Return the first line of a third party's own description, and where it comes from."""
+    point = _entry_points()[name]
+    try:
+        words = (point.load().__doc__ or "").strip().splitlines()
+    except Exception:  # its reason is in the table already
+        words = []
+    return words[0] if words else f"found by entry point {point.value}"
 
 
 def parse_solver(text: str) -> Solver:
@@ -137,7 +161,7 @@ def _entry_points() -> dict[str, metadata.EntryPoint]:
 
 
 def _load(name: str) -> tuple[type[Solver], dict[str, Any]]:
-    entry = ENTRIES.get(name)
+    entry = ENTRIES.get(name) or _made_hybrid(name)
     if entry is None:
         points = _entry_points()
         if name not in points:
@@ -153,6 +177,15 @@ def _load(name: str) -> tuple[type[Solver], dict[str, Any]]:
     except ImportError as error:
         raise UnavailableError(f"solver {name!r} cannot be loaded: {error}") from error
     return getattr(module, entry.attribute), dict(entry.settings)
+
+
+def _made_hybrid(name: str) -> Entry | None:
+    """Return the entry of ``method+ipopt`` for any population method of this package, listed or not."""
+    method, plus, plugin = name.partition("+")
+    entry = ENTRIES.get(method)
+    if not plus or plugin != "ipopt" or entry is None or entry.kind != "population":
+        return None
+    return _hybrid(str(entry.settings["method"]), entry.summary, entry.requires)
 
 
 def _construct(name: str, cls: type[Solver], settings: dict[str, Any]) -> Solver:
