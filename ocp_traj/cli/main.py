@@ -22,6 +22,7 @@ _COMMANDS = {
     "reference": "ocp_traj.cli.referencing:reference_case",
     "compare": "ocp_traj.cli.comparing:compare_solvers",
     "report": "ocp_traj.cli.comparing:write_report_again",
+    "papers": "ocp_traj.cli.papers:run_papers",
     "plot": "ocp_traj.cli.plotting:plot_file",
     "export": "ocp_traj.cli.exporting:export_file",
 }

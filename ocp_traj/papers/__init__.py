@@ -1,0 +1,34 @@
+"""Four published papers, run again and held to their word. A new one is a file and one line here."""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+from ocp_traj.exceptions import UnknownNameError
+from ocp_traj.papers.paper import Paper
+
+PAPERS = {
+    "A": "ocp_traj.papers.paper_a:PaperA",
+    "B": "ocp_traj.papers.paper_b:PaperB",
+    "C": "ocp_traj.papers.paper_c:PaperC",
+    "D": "ocp_traj.papers.paper_d:PaperD",
+}
+
+
+def get_paper(key: str) -> Paper:
+    """Return a paper by its letter.
+
+    Raises
+    ------
+    UnknownNameError
+        There is no such paper.
+    """
+    place = PAPERS.get(key.upper())
+    if place is None:
+        raise UnknownNameError(f"paper {key!r} is unknown, expected one of {', '.join(PAPERS)}")
+    module, _, name = place.partition(":")
+    paper: Paper = getattr(import_module(module), name)()
+    return paper
+
+
+__all__ = ["PAPERS", "Paper", "get_paper"]

@@ -1,0 +1,181 @@
+"""Words and numbers the papers' pages share: medians, rankings with tests, audits, references."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ocp_traj.arrays import Array
+from ocp_traj.comparison.statistics import compare_pairs, friedman
+from ocp_traj.papers.paper import AuditedMotion, Claim, Paper
+from ocp_traj.papers.records import Records
+
+if TYPE_CHECKING:
+    from ocp_traj.task import TrajectoryTask
+
+SIGNIFICANT = 0.05
+
+JOINT_GAP = 0.02
+"""To what the optimum of one joint alone is proved; the best found is much closer."""
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """Format a number for a table; none and infinity say so."""
+    if value is None or np.isnan(value):
+        return "—"
+    return "∞ (infeasible)" if np.isinf(value) else f"{value:.{digits}f}"
+
+
+def quartiles(values: Array) -> tuple[float, float, float]:
+    """Return lower quartile, median and upper quartile without averaging with infinity."""
+    if not len(values):
+        return np.nan, np.nan, np.nan
+    low, middle, high = np.quantile(values, [0.25, 0.5, 0.75], method="inverted_cdf")
+    return float(low), float(middle), float(high)
+
+
+def spread_of(values: Array, digits: int = 4) -> str:
+    """Write a median with its quartiles."""
+    low, middle, high = quartiles(values)
+    return f"{number(middle, digits)} ({number(low, digits)} to {number(high, digits)})"
+
+
+def median_of(records: Records, label: str, field: str, group: str) -> float:
+    """Return the median over seeds."""
+    return quartiles(records.values(label, field, group))[1]
+
+
+def columns_of(columns: dict[str, Array]) -> Array:
+    """Return columns side by side, cut to the seeds that all have, (S, C)."""
+    count = min((len(column) for column in columns.values()), default=0)
+    return np.stack([column[:count] for column in columns.values()], axis=1)
+
+
+def order_with_tests(columns: dict[str, Array]) -> tuple[list[str], set[tuple[str, str]], str]:
+    """Return labels by median, the proven (better, worse) pairs, and the sentence of both tests.
+
+    `columns` holds one number a seed for every label, smaller is better. Friedman's test over all, Wilcoxon's
+    signed ranks with Holm's correction for the pairs, at 5 %.
+    """
+    labels, values = list(columns), columns_of(columns)
+    medians = [quartiles(values[:, k])[1] for k in range(len(labels))]
+    ordered = [labels[k] for k in np.argsort(medians, kind="stable")]
+    if len(values) < 2:
+        return ordered, set(), f"{len(values)} seed: no test is possible"
+    overall = friedman(values, labels)
+    pairs = [pair for pair in compare_pairs(values, labels) if pair.p_holm < SIGNIFICANT]
+    words = [f"{len(values)} seeds"]
+    if overall.p is not None:
+        words.append(f"Friedman p = {overall.p:.2g}")
+    words += [f"{pair.better} before {pair.worse} (Wilcoxon, Holm p = {pair.p_holm:.2g})" for pair in pairs]
+    if not pairs:
+        words.append("no difference between two of them is significant at 5 % (Wilcoxon, Holm)")
+    return ordered, {(pair.better, pair.worse) for pair in pairs}, "; ".join(words)
+
+
+def claim_order(sentence: str, source: str, columns: dict[str, Array], unit: str) -> Claim:
+    """Judge a claimed order, best first: the order of `columns`."""
+    labels = list(columns)
+    ordered, proven, tests = order_with_tests(columns)
+    medians = ", ".join(f"{label} {number(quartiles(columns[label])[1])} {unit}" for label in ordered)
+    wanted = set(zip(labels, labels[1:], strict=False))
+    if wanted <= proven:
+        verdict = "holds"
+    elif any((second, first) in proven for first, second in wanted):
+        verdict = "does not hold"
+    else:
+        verdict = "not proven"
+    return Claim(sentence, source, f"medians: {medians}. {tests}", verdict)
+
+
+def claim_gain(
+    sentence: str, source: str, claimed: float, mine: Array, other: Array, digits: int = 4
+) -> Claim:
+    """Judge a claimed relative gain of `mine` over `other` (one number a seed, smaller is better)."""
+    count = min(len(mine), len(other))
+    first, second = quartiles(mine[:count])[1], quartiles(other[:count])[1]
+    gain = 1.0 - first / second if np.isfinite(first) and second > 0 else np.nan
+    p = compare_pairs(np.stack([mine[:count], other[:count]], axis=1), ["mine", "other"])[0].p
+    measured = f"{100 * gain:.1f} % (medians {number(first, digits)} and {number(second, digits)}; Wilcoxon p = {p:.2g})"
+    if p >= SIGNIFICANT or np.isnan(gain):
+        verdict = "no difference proven"
+    elif gain >= claimed - 0.005:
+        verdict = "holds"
+    else:
+        verdict = "better, by less than claimed" if gain > 0 else "does not hold: worse"
+    return Claim(sentence, source, measured, verdict)
+
+
+def audit_durations(task: TrajectoryTask, words: str, durations: list[float]) -> AuditedMotion:
+    """Judge the task's curve with given gap durations."""
+    from ocp_traj.audit import audit
+    from ocp_traj.transcription import trajectory_from_durations
+
+    verdict = audit(task, trajectory_from_durations(task, durations))
+    worst = verdict.worst
+    finding = verdict.findings[0] if verdict.findings else "keeps every limit"
+    return AuditedMotion(
+        words,
+        float(np.sum(durations)),
+        verdict.feasible,
+        np.nan if worst is None else float(worst.ratio),
+        finding,
+        verdict.smallest_feasible_scale,
+    )
+
+
+def reference_numbers(paper: Paper, records: Records) -> dict[str, Any]:
+    """Return TOPP-RA, convex and bound of the case, computed once."""
+    from ocp_traj.case import task_digest
+    from ocp_traj.references import references
+
+    task = paper.task()
+    return records.computed("references", lambda: references(task), task_digest(task))
+
+
+def certified_optimum(task: TrajectoryTask, records: Records, gap: float = 1e-3) -> dict[str, Any]:
+    """Return the best duration of a task's family, proved to a relative `gap`, computed once."""
+    from ocp_traj.case import task_digest
+    from ocp_traj.references import certify
+
+    def work() -> dict[str, Any]:
+        found = certify(task, gap=gap)
+        return {
+            "lower": found.lower,
+            "upper": found.upper,
+            "message": found.message,
+            "durations": found.durations.tolist(),
+        }
+
+    return records.computed(f"certificate {gap:g}", work, task_digest(task))
+
+
+def joint_optima(paper: Paper, records: Records) -> dict[int, dict[str, Any]]:
+    """Return the optimum of every moving joint (from 1) alone, proved to `JOINT_GAP`."""
+    from ocp_traj.solvers.per_joint import joint_task
+
+    task = paper.task()
+    moving = np.flatnonzero(np.ptp(task.waypoints, axis=0) > 0).tolist()
+    return {joint + 1: certified_optimum(joint_task(task, joint), records, JOINT_GAP) for joint in moving}
+
+
+def synchronised_optima(paper: Paper, optima: dict[int, dict[str, Any]]) -> list[float]:
+    """Return the largest duration per gap over the joints that move in it, from each joint's own optimum."""
+    from ocp_traj.solvers.per_joint import synchronise
+
+    task = paper.task()
+    durations = np.zeros((task.n, task.gaps))
+    for joint, found in optima.items():
+        durations[joint - 1] = found["durations"]
+    return [float(h) for h in synchronise(task, durations)]
+
+
+def path_length(task: TrajectoryTask, durations: list[float]) -> float:
+    """Return the length of the tool's path, m, of the motion with these durations."""
+    from ocp_traj.transcription import trajectory_from_durations
+
+    assert task.robot is not None
+    robot, motion = task.robot, trajectory_from_durations(task, durations)
+    points = np.stack([robot.pose(q)[:3, 3] for q in motion(np.linspace(0, motion.duration, 2000))])
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())

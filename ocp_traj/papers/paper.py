@@ -1,0 +1,164 @@
+"""What a reproduced paper is: its case, its experiments, and its claims held against the records."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
+
+if TYPE_CHECKING:
+    from ocp_traj.papers.records import Records
+    from ocp_traj.task import TrajectoryTask
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One solver on the paper's case under one protocol, run with several seeds.
+
+    Parameters
+    ----------
+    group : str
+        The protocol, a heading of the page: ``"paper's protocol"`` or ``"equal evaluations"``.
+    label : str
+        Row of the table.
+    solver : str
+        As on the command line.
+    budget : int or None
+        Evaluations of x; None for gradient solvers.
+    overrides : tuple of str
+        Changes of the case, as ``--set`` takes them.
+    published : str
+        What the paper prints for it; empty where nothing.
+    once : bool
+        The solver is deterministic: one seed is enough.
+    """
+
+    group: str
+    label: str
+    solver: str
+    budget: int | None = None
+    overrides: tuple[str, ...] = ()
+    published: str = ""
+    once: bool = False
+
+
+PUBLISHED_PROTOCOL = "the paper's own protocol"
+EQUAL_EVALUATIONS = "equal evaluations"
+BETTER_CURVE = "the same limits with a better curve"
+MEASURED_SEEDS = 20
+"""Seeds of a page that ranks methods."""
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A sentence of the paper, what was measured, and a verdict: holds, does not hold, cannot be checked."""
+
+    sentence: str
+    source: str
+    measured: str
+    verdict: str
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A regenerated figure: file name below the page, caption; or the reason why it cannot be made."""
+
+    number: str
+    caption: str
+    file: str = ""
+    impossible: str = ""
+
+
+@dataclass(frozen=True)
+class AuditedMotion:
+    """A motion the paper reports, judged: words, duration and findings."""
+
+    words: str
+    duration: float
+    feasible: bool
+    ratio: float
+    finding: str
+    smallest_feasible_scale: float | None
+
+
+@dataclass(frozen=True)
+class Table:
+    """A further table of a page: title, header and rows of text, and a sentence below it."""
+
+    title: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    note: str = ""
+
+
+class Paper(ABC):
+    """One of the four papers; a subclass a paper.
+
+    Attributes
+    ----------
+    key, title, reference : str
+    summary : str
+        What the paper does, in two or three sentences.
+    case : str
+        Name of the packaged case.
+    minimised : str
+        ``"duration"`` or ``"energy"``: the column tables are about.
+    runs : int
+        Of how many runs the paper reports the best or the mean; our best is taken of the same number.
+    joints_apart : bool
+        The paper optimises every joint alone and synchronises afterwards.
+    stand_ins : tuple of str
+        Numbers that were lost or never printed, and what stands in for them.
+    """
+
+    key: ClassVar[str]
+    title: ClassVar[str]
+    reference: ClassVar[str]
+    summary: ClassVar[str]
+    case: ClassVar[str]
+    minimised: ClassVar[str] = "duration"
+    runs: ClassVar[int] = 20
+    joints_apart: ClassVar[bool] = False
+    stand_ins: ClassVar[tuple[str, ...]]
+
+    def task(self, overrides: tuple[str, ...] = ()) -> TrajectoryTask:
+        """Return the paper's task."""
+        from ocp_traj.case import load_case
+
+        return load_case(self.case, overrides)
+
+    @abstractmethod
+    def experiments(self, reduced: bool) -> list[Experiment]:
+        """Return the experiments; `reduced` shrinks budgets for tests and says so on the page."""
+
+    @abstractmethod
+    def story(self, records: Records) -> list[str]:
+        """Return what came out, in a few sentences."""
+
+    @abstractmethod
+    def claims(self, records: Records) -> list[Claim]:
+        """Return every claim with what the records say."""
+
+    @abstractmethod
+    def figures(self, records: Records, folder: Path) -> list[Figure]:
+        """Draw the figures into `folder`."""
+
+    def audited(self, records: Records) -> list[AuditedMotion]:
+        """Return the judged motions the paper reports (none unless it prints durations)."""
+        return []
+
+    def tables(self, records: Records) -> list[Table]:
+        """Return further tables."""
+        return []
+
+
+def generations_budget(solver: str, generations: int) -> int:
+    """Return the evaluations a population method spends in its first population and `generations` moves."""
+    from ocp_traj.solvers import parse_solver
+    from ocp_traj.solvers.population import Population
+
+    parsed = parse_solver(solver)
+    assert isinstance(parsed, Population)
+    optimizer = parsed.optimizer()
+    return optimizer.initial_evaluations + generations * optimizer.evaluations_per_generation
