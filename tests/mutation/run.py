@@ -30,11 +30,11 @@ ROOT = Path(__file__).resolve().parents[2]
 AREAS: dict[str, dict[str, tuple[str, ...]]] = {
     "audit": {
         f"ocp_traj/audit/{name}.py": (
-            "tests/audit/test_kinematics.py",
-            "tests/audit/test_judge.py",
-            "tests/audit/test_scale.py",
-            "tests/audit/test_waypoints.py",
             "tests/audit/test_mutants.py",
+            "tests/audit/test_judge.py",
+            "tests/audit/test_waypoints.py",
+            "tests/audit/test_scale.py",
+            "tests/audit/test_kinematics.py",
         )
         for name in ("kinematics", "conditions", "scale", "verdict", "judge", "polynomials", "roots")
     },
@@ -233,6 +233,29 @@ def run_child(tests: list[str], mutant: Mutant | None, seconds: float, write: in
     return int(pytest.main(arguments, plugins=[FirstFailure()]))
 
 
+def preload(area: str) -> None:
+    """Import what no mutant touches, once, before children are forked."""
+    from _pytest.config import default_plugins
+
+    os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
+    names = ["hypothesis", "numpy", "scipy.stats", "scipy.optimize", "scipy.interpolate", "pytest"]
+    names += [f"_pytest.{name}" for name in default_plugins]
+    if area == "audit":
+        names += [
+            "casadi",
+            "pinocchio",
+            "ocp_traj.robot.inverse_dynamics",
+            "ocp_traj.robot.urdf",
+            "ocp_traj.task",
+        ]
+        names += ["ocp_traj.robot.robot", "ocp_traj.robot.packaged", "ocp_traj.trajectory"]
+    for name in names:
+        importlib.import_module(name)
+    early = {path.removesuffix(".py").replace("/", ".") for path in AREAS[area]} & set(sys.modules)
+    if early:
+        raise RuntimeError(f"{', '.join(sorted(early))} imported before it can be changed")
+
+
 def main() -> int:
     """Draw mutants, run them, tell which survived."""
     parser = argparse.ArgumentParser(
@@ -245,7 +268,9 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=120.0, help="processor time a mutant may take")
     parser.add_argument("--only", nargs="*", default=[], metavar="PATH:INDEX", help="just these mutants")
     parser.add_argument("--list", action="store_true", help="tell how many mutants there are and stop")
-    parser.add_argument("--output", type=Path, help="JSON file for the results")
+    parser.add_argument(
+        "--output", type=Path, help="JSON file for the results; what it holds is not run again"
+    )
     options = parser.parse_args()
     os.chdir(ROOT)
     sys.path.insert(0, str(ROOT))
@@ -258,7 +283,7 @@ def main() -> int:
     chosen = [mutant for mutant in everything if f"{mutant.path}:{mutant.index}" in options.only]
     if not options.only:
         count = min(options.sample or len(everything), len(everything))
-        chosen = random.Random(options.seed).sample(everything, count)
+        chosen = random.Random(options.seed).sample(everything, len(everything))[:count]
     return report(chosen, everything, modules, options)
 
 
@@ -266,22 +291,16 @@ def report(
     chosen: list[Mutant], everything: list[Mutant], modules: dict[str, tuple[str, ...]], options: Any
 ) -> int:
     """Run the chosen mutants and print every survivor and the counts."""
-    import hypothesis  # noqa: F401 - loaded once, before the children are forked
-    import numpy  # noqa: F401
-    import pytest  # noqa: F401
-
-    if options.area == "audit":
-        import casadi  # noqa: F401
-        import pinocchio  # noqa: F401
-        import scipy.optimize  # noqa: F401
-
+    preload(options.area)
     tests = {path: [name for name in names if (ROOT / name).exists()] for path, names in modules.items()}
     for names in {tuple(names) for names in tests.values()}:
         passed, first = run_tests(list(names), None, 10 * options.seconds)
         if not passed:
             print(f"the tests fail without any change: {first}")
             return 2
-    results = []
+    results = json.loads(options.output.read_text()) if options.output and options.output.exists() else []
+    known = {(result["path"], result["index"], result["change"]) for result in results}
+    chosen = [mutant for mutant in chosen if (mutant.path, mutant.index, mutant.change) not in known]
     with ThreadPoolExecutor(options.jobs) as pool:
         outcomes = pool.map(lambda mutant: run_tests(tests[mutant.path], mutant, options.seconds), chosen)
         for mutant, (survived, first) in zip(chosen, outcomes, strict=True):
@@ -291,7 +310,7 @@ def report(
             if options.output:
                 options.output.write_text(json.dumps(results, indent=1))
     left = sum(result["survived"] for result in results)
-    print(f"{len(chosen)} of {len(everything)} mutants: {len(chosen) - left} killed, {left} survived")
+    print(f"{len(results)} of {len(everything)} mutants: {len(results) - left} killed, {left} survived")
     return 0
 
 
