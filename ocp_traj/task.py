@@ -13,12 +13,10 @@ import numpy as np
 
 from ocp_traj.arrays import Array, ArrayLike, read_only
 from ocp_traj.exceptions import TaskError
+from ocp_traj.spline import FAMILIES
 
 if TYPE_CHECKING:
     from ocp_traj.robot.robot import Robot
-
-FAMILIES = ("cubic", "quintic", "septic", "3-5-3")
-"""Names of the spline families."""
 
 LIMIT_NAMES = ("position", "velocity", "acceleration", "jerk", "torque", "torque_rate")
 """Joint quantities that can be limited."""
@@ -407,7 +405,18 @@ class TrajectoryTask:
             raise TaskError(
                 min(unknown), f"is no field of a task, expected one of {', '.join(sorted(known))}"
             )
+        if "family" in changes and "boundary" not in changes and self._has_default_boundary():
+            changes["boundary"] = Boundary(self.boundary.velocity)
         return replace(self, **changes)
+
+    def _has_default_boundary(self) -> bool:
+        """Return whether end accelerations and jerks are the family's own, so that another family brings its own."""
+        own = Boundary(self.boundary.velocity).expanded(self.family, self.n)
+        pairs = ((own.acceleration, self.boundary.acceleration), (own.jerk, self.boundary.jerk))
+        return all(
+            mine is given is None or (mine is not None and given is not None and np.array_equal(mine, given))
+            for mine, given in pairs
+        )
 
     def _check_robot(self) -> None:
         if self.has_inertia:
@@ -436,11 +445,11 @@ class TrajectoryTask:
 
     def _check_freedom(self) -> None:
         """Refuse a spline with fewer free coefficients than conditions (contract, section 1)."""
-        if self.family == "3-5-3":
+        if not FAMILIES[self.family].takes_virtual_knots:
             if self.boundary.acceleration is None or self.boundary.jerk is not None:
                 raise TaskError("boundary", "3-5-3 has given end accelerations and free end jerks")
             return
-        degree = {"cubic": 3, "quintic": 5, "septic": 7}[self.family]
+        degree = FAMILIES[self.family].degree
         given = 1 + sum(value is not None for value in (self.boundary.acceleration, self.boundary.jerk))
         segments = self.gaps * (self.virtual_knots + 1)
         free, conditions = segments + degree, self.gaps + 1 + 2 * given

@@ -15,7 +15,8 @@ from ocp_traj.case.robots import MAX_JOINTS, limited_to, read_motor, read_robot
 from ocp_traj.case.section import Section
 from ocp_traj.case.units import joint_factors
 from ocp_traj.exceptions import CaseError, InputError, TaskError
-from ocp_traj.task import FAMILIES, Boundary, Limits, Objective, Search, TrajectoryTask
+from ocp_traj.spline import FAMILIES
+from ocp_traj.task import Boundary, Limits, Objective, Search, TrajectoryTask
 
 if TYPE_CHECKING:
     from ocp_traj.robot import Robot
@@ -107,7 +108,7 @@ def _problem(case: Section, robot: Robot | None, folder: Path, trusted: Collecti
         "waypoints": _waypoints(section, robot, limits, n),
         "tolerance": _tolerance(section, robot, count, n),
         "limits": limits,
-        "family": spline.choice("family", FAMILIES, "cubic"),
+        "family": spline.choice("family", tuple(FAMILIES), "cubic"),
         "virtual_knots": knots,
         "boundary": _boundary(case.section("boundary"), n, robot),
         "objective": _objective(case, count - 1, n),
