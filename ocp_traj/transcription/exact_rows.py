@@ -47,17 +47,24 @@ def bernstein_rows(degree: int, order: int) -> Array:
 def write_exact(curves: CurveBatch, order: int, block: Block, out: Array) -> None:
     """Write by how much the largest and the smallest value are outside, (k, 2, S, p)."""
     hull = _hull(curves, order, block)
-    high, low = hull.max(axis=1), hull.min(axis=1)
+    lower, upper = _side(block.lower), _side(block.upper)
+    first, last = hull[:, 0], hull[:, -1]
+    # Right where the polynomial is monotone, and a start for the others.
+    _write_sides(np.maximum(first, last), np.minimum(first, last), lower, upper, out)
     if hull.shape[1] <= 2:
-        _write_sides(high, low, _side(block.lower), _side(block.upper), out)
         return
-    outside = (high > _side(block.upper)) | (low < _side(block.lower))
-    out[...] = 0.0
+    outside = ((hull.max(axis=1) > upper) | (hull.min(axis=1) < lower)) & ~_is_monotone(hull)
     for entries, largest, smallest in _exact_extremes(curves, order, block, outside):
         k, s, _ = entries
         found = np.empty((1, 2, len(k)))
         _write_sides(largest, smallest, block.lower[k, s], block.upper[k, s], found)
         out[k, :, s, entries[2]] = found[0].T
+
+
+def _is_monotone(hull: Array) -> Any:
+    """Return where the Bernstein coefficients (k, N, S, p), so the polynomial too, only rise or only fall."""
+    steps = hull[:, 1:] - hull[:, :-1]
+    return (steps.min(axis=1) >= 0.0) | (steps.max(axis=1) <= 0.0)
 
 
 def largest_ratio(curves: CurveBatch, order: int, block: Block, floor: Array) -> Array:
@@ -73,6 +80,7 @@ def largest_ratio(curves: CurveBatch, order: int, block: Block, floor: Array) ->
     if hull.shape[1] <= 2:
         return floor
     bound = _ratio(hull.max(axis=1), hull.min(axis=1), upper, lower)
+    bound[_is_monotone(hull)] = 0.0
     for entries, largest, smallest in _exact_extremes(curves, order, block, bound > floor):
         k, s, candidates = entries
         ratio = _ratio(largest, smallest, upper[k, s, 0], lower[k, s, 0])

@@ -59,8 +59,8 @@ def knot_derivatives(degree: int, h: Array, positions: Array, start: Known, end:
         unknown[knot] = [j for j in unknown[knot] if j not in given]
         for j, value in given.items():
             values[j - 1, knot] = value
-    system = _System(degree, h, positions, values, unknown)
-    system.solve()
+    if any(unknown):
+        _System(degree, h, positions, values, unknown).solve()
     return values
 
 
@@ -110,8 +110,6 @@ class _System:
     def solve(self) -> None:
         """Eliminate from the first knot to the last, then substitute back."""
         knots = [knot for knot, orders in enumerate(self.unknown) if orders]
-        if not knots:
-            return
         eliminated = []
         first = self._rows(knots[0])
         block, load = self.diagonal[np.ix_(first, first)][:, :, knots[0]], self.load[first, knots[0]]
