@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
-import numpy as np
+from pathlib import Path
 
+import numpy as np
+import pytest
+from audit_motions import INERTIA, clamped_cubic, pendulum
+
+from ocp_traj.audit import audit
+from ocp_traj.audit.conditions import _within
 from ocp_traj.audit.kinematics import side_ratios
 from ocp_traj.audit.verdict import Extremum
+from ocp_traj.task import Limits, TrajectoryTask
 
 
 def test_what_is_no_number_breaks_even_an_infinite_limit() -> None:
@@ -17,3 +24,45 @@ def test_what_is_no_number_breaks_even_an_infinite_limit() -> None:
 def test_only_frames_and_constraints_carry_a_label_into_json() -> None:
     assert "label" not in Extremum("velocity", 0, 0.0, 0.5).to_json()
     assert Extremum("cartesian_speed", -1, 0.0, 0.5, label="tool0").to_json()["label"] == "tool0"
+
+
+@pytest.mark.parametrize(
+    ("duration", "kept"),
+    [
+        (2.0 * (1 - 1e-9), True),
+        (2.0 * (1 - 3e-9), False),
+        (3.0 * (1 + 1e-9), True),
+        (3.0 * (1 + 3e-9), False),
+    ],
+)
+def test_bounds_on_durations_include_their_tolerance(duration: float, kept: bool) -> None:
+    assert _within(duration, 2.0, 3.0) is kept
+
+
+def test_torque_rates_fall_with_their_own_powers_of_the_slowing(tmp_path: Path) -> None:
+    # q = 3 t^2 - 2 t^3 has the jerk -12; without gravity the rate is I jerk / s^3
+    trajectory = clamped_cubic(np.array([[0.0], [1.0]]), np.array([1.0]))
+    limits = Limits(velocity=np.inf, torque=np.inf, torque_rate=2.0)
+    task = TrajectoryTask([[0.0], [1.0]], limits, robot=pendulum(tmp_path, gravity=0.0))
+    scale = audit(task, trajectory).smallest_feasible_scale
+    assert scale == pytest.approx((INERTIA * 12.0 / 2.0) ** (1 / 3), rel=1e-9)
+
+
+@pytest.mark.parametrize("limit", [3.0, 10.0, 40.0])
+def test_torque_rates_with_gravity_and_friction_agree_with_dense_sampling(
+    tmp_path: Path, limit: float
+) -> None:
+    trajectory = clamped_cubic(np.array([[0.0], [1.0]]), np.array([1.0]))
+    limits = Limits(velocity=np.inf, torque=np.inf, torque_rate=limit)
+    task = TrajectoryTask([[0.0], [1.0]], limits, robot=pendulum(tmp_path, viscous=0.7))
+    scale = audit(task, trajectory).smallest_feasible_scale
+    assert scale is not None
+    t = np.linspace(0.0, 1.0, 20001)
+    q, v, a, j = (trajectory(t, order)[:, 0] for order in range(4))
+
+    def kept(s: float) -> bool:
+        rate = INERTIA * j / s**3 + 0.7 * a / s**2 - 9.81 * np.sin(q) * v / s
+        return bool((np.abs(rate) <= limit).all())
+
+    assert kept(scale * (1 + 1e-7))
+    assert not any(kept(s) for s in np.linspace(0.01, scale * (1 - 1e-5), 300))

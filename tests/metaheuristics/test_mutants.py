@@ -78,3 +78,19 @@ def test_a_generation_of_the_elite_search_may_need_one_evaluation_more():
     assert SparrowSearch(population=50, scouts=0.1).evaluations_per_generation == 55
     assert EliteSparrowSearch(population=50, scouts=0.1).evaluations_per_generation == 56
     assert EliteSparrowSearch(population=50).initial_evaluations == 100
+
+
+@pytest.mark.parametrize(
+    ("paper", "population", "inertia", "weight", "factor"),
+    [
+        ("A", 100, "linear", 0.7298, 2.0),
+        ("B", 30, "linear", 0.7298, 2.0),
+        ("D", 50, "trigonometric", 0.7298, 1.49618),
+        ("D-plain", 50, "constant", 0.7, 2.0),
+    ],
+)
+def test_the_swarms_of_the_papers_have_their_settings(paper, population, inertia, weight, factor):
+    swarm = ParticleSwarm.paper(paper)
+    assert (swarm.population, swarm.inertia, swarm.weight) == (population, inertia, weight)
+    assert (swarm.cognitive, swarm.social) == (factor, factor)
+    assert (swarm.weight_max, swarm.weight_min) == (0.9, 0.4)
