@@ -12,7 +12,8 @@ from ocp_traj.audit import audit
 from ocp_traj.audit.conditions import _within
 from ocp_traj.audit.kinematics import side_ratios
 from ocp_traj.audit.verdict import Extremum
-from ocp_traj.task import Limits, TrajectoryTask
+from ocp_traj.task import Boundary, Limits, TrajectoryTask
+from ocp_traj.trajectory import Trajectory
 
 
 def test_what_is_no_number_breaks_even_an_infinite_limit() -> None:
@@ -66,3 +67,23 @@ def test_torque_rates_with_gravity_and_friction_agree_with_dense_sampling(
 
     assert kept(scale * (1 + 1e-7))
     assert not any(kept(s) for s in np.linspace(0.01, scale * (1 - 1e-5), 300))
+
+
+@pytest.mark.parametrize(("jump", "feasible"), [(1e-6, True), (3e-6, False)])
+def test_a_velocity_may_jump_by_a_millionth_of_its_limit(jump: float, feasible: bool) -> None:
+    pieces = [[[0.0, 1.0]], [[1.0, 1.0 + jump]]]
+    motion = Trajectory([0.0, 1.0, 2.0], pieces, [0.0, 1.0, 2.0])
+    boundary = Boundary(velocity=[[1.0], [1.0 + jump]], acceleration=None)
+    limits = Limits(velocity=2.0, acceleration=1.0)
+    waypoints = [[0.0], [1.0], [2.0 + jump]]
+    assert audit(TrajectoryTask(waypoints, limits, boundary=boundary), motion).feasible is feasible
+
+
+@pytest.mark.parametrize(("jump", "feasible"), [(0.9e-8, True), (3e-8, False)])
+def test_a_position_may_jump_by_ten_nanoradians(jump: float, feasible: bool) -> None:
+    pieces = [[[0.0, 1.0]], [[1.0 + jump, 1.0]]]
+    motion = Trajectory([0.0, 1.0, 2.0], pieces, [0.0, 1.0, 2.0])
+    boundary = Boundary(velocity=1.0, acceleration=None)
+    limits = Limits(position=1000.0, velocity=2.0)
+    task = TrajectoryTask([[0.0], [1.0], [2.0]], limits, boundary=boundary, tolerance=1e-7)
+    assert audit(task, motion).feasible is feasible

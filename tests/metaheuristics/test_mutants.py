@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from metaheuristics import EliteSparrowSearch, ParticleSwarm, SparrowSearch
+from metaheuristics import (
+    EliteSparrowSearch,
+    LevySparrowSearch,
+    ParticleSwarm,
+    SparrowSearch,
+    TentSparrowSearch,
+)
 from metaheuristics.improved_elite import MUTATION, OPPOSITION
 
 
@@ -94,3 +100,24 @@ def test_the_swarms_of_the_papers_have_their_settings(paper, population, inertia
     assert (swarm.population, swarm.inertia, swarm.weight) == (population, inertia, weight)
     assert (swarm.cognitive, swarm.social) == (factor, factor)
     assert (swarm.weight_max, swarm.weight_min) == (0.9, 0.4)
+
+
+def test_a_change_of_just_the_threshold_is_stagnation():
+    search = EliteSparrowSearch(population=4, threshold=0.5)
+    state = flock(search, [[1.0, 2.0], [3.0, 1.0], [1.0, 1.0], [0.0, 5.0]])
+    assert search.is_stagnant(state.evolve(previous_cost=2.0, leader_cost=1.0))
+    assert not search.is_stagnant(state.evolve(previous_cost=2.0, leader_cost=0.9))
+
+
+@pytest.mark.parametrize(
+    ("search", "population", "safety"),
+    [
+        (EliteSparrowSearch.paper(), 100, 0.8),
+        (LevySparrowSearch.paper(), 30, 0.8),
+        (TentSparrowSearch.paper("SSA"), 100, 0.5),
+        (TentSparrowSearch.paper("TADF-SSA"), 100, 0.5),
+    ],
+)
+def test_the_sparrow_searches_of_the_papers_have_their_settings(search, population, safety):
+    assert (search.population, search.safety) == (population, safety)
+    assert (search.producers, search.scouts) == (0.2, 0.1)
