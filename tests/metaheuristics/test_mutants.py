@@ -5,6 +5,7 @@ import pytest
 
 from metaheuristics import (
     EliteSparrowSearch,
+    Evaluation,
     LevySparrowSearch,
     ParticleSwarm,
     SparrowSearch,
@@ -121,3 +122,10 @@ def test_a_change_of_just_the_threshold_is_stagnation():
 def test_the_sparrow_searches_of_the_papers_have_their_settings(search, population, safety):
     assert (search.population, search.safety) == (population, safety)
     assert (search.producers, search.scouts) == (0.2, 0.1)
+
+
+def test_a_swarm_has_finished_a_generation_after_every_answer():
+    swarm = ParticleSwarm(population=2)
+    state = swarm.start([-1.0], [1.0], np.random.default_rng(0), total_generations=5)
+    X, asked = swarm.ask(state, np.random.default_rng(1))
+    assert swarm.tell(asked, X, Evaluation([1.0, 2.0])).phase == 0
