@@ -4,54 +4,84 @@ from __future__ import annotations
 
 import logging
 import time
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import casadi as ca
 import numpy as np
 
-from metaheuristics import History, Solution, Status
-from ocp_traj.arrays import Array
-from ocp_traj.exceptions import InputError, UnavailableError
-from ocp_traj.nlp import Nlp
-from ocp_traj.solvers.refinement import broken_points
+from metaheuristics import Status
+from ocp_traj.arrays import Array, read_only
+from ocp_traj.exceptions import InputError, TaskError, UnavailableError
+from ocp_traj.nlp import Nlp, RowBlock
+from ocp_traj.solvers.account import Account
+from ocp_traj.solvers.diagnosis import certain_conflict, elastic_phase, too_short
+from ocp_traj.solvers.plugins import Stage, plugin_named, read_status
+from ocp_traj.solvers.refinement import broken_points, new_points
 from ocp_traj.solvers.solver import Outcome, Request, Solver
+from ocp_traj.solvers.starts import other_starts
 from ocp_traj.spline import get_family
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
-from ocp_traj.transcription import CondensedNlp, ExtraPoints, LiftedNlp, initial_guess, insert_knots
+from ocp_traj.transcription.condensed import CondensedNlp
+from ocp_traj.transcription.guess import initial_guess, insert_knots
+from ocp_traj.transcription.layout import Layout
+from ocp_traj.transcription.lifted import ExtraPoints, LiftedNlp
 
 logger = logging.getLogger(__name__)
 
-STATUSES = {
-    "Solve_Succeeded": Status.CONVERGED,
-    "Solved_To_Acceptable_Level": Status.CONVERGED,
-    "Feasible_Point_Found": Status.CONVERGED,
-    "Infeasible_Problem_Detected": Status.INFEASIBLE,
-    "Search_Direction_Becomes_Too_Small": Status.STALLED,
-    "Maximum_Iterations_Exceeded": Status.BUDGET_EXHAUSTED,
-    "Maximum_CpuTime_Exceeded": Status.TIME_EXHAUSTED,
-    "Maximum_WallTime_Exceeded": Status.TIME_EXHAUSTED,
-}
-"""IPOPT's return status in the words of the shared interface; anything else is a failure."""
+LOOSE = 1e-3
+"""Tolerance of the stage with few knots: it only has to give a start."""
+
+CONFLICT = 1e-5
+"""Limits that must be broken by more than this part are in conflict; less is a solver's rounding."""
+
+CONDENSED_SAMPLES, MOST_SAMPLES = 16, 100
+"""Samples a gap of the condensed form at first, and from when on they are not doubled any more."""
+
+WIDE = 1e3
+"""Durations may be this much shorter or longer than in the guess: the search box binds population methods only."""
 
 
-WIDEST_LOGARITHM = 10.0
-"""A duration of the condensed form may differ from the guess by this factor's exponential at most."""
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """One call of the plug-in, or the last one of several.
 
+    Attributes
+    ----------
+    nlp : Nlp
+    x : (d,)
+    trajectory : Trajectory
+    status, message
+    cost : float
+    violation : (m,)
+    row_multipliers, bound_multipliers : (m,), (d,)
+    clean : bool
+        No limit was found broken between the samples.
+    """
 
-@dataclass
-class _Account:
-    """Calls, seconds and iterations of all stages of one run."""
+    nlp: Nlp
+    x: Array
+    trajectory: Trajectory
+    status: Status
+    message: str
+    cost: float
+    violation: Array
+    row_multipliers: Array
+    bound_multipliers: Array
+    clean: bool = False
 
-    counts: dict[str, int] = field(default_factory=dict)
-    evaluations: int = 0
-    build_time: float = 0.0
-    solve_time: float = 0.0
-    cost: list[float] = field(default_factory=list)
-    violation: list[float] = field(default_factory=list)
-    at: list[int] = field(default_factory=list)
-    seconds: list[float] = field(default_factory=list)
+    @property
+    def solved(self) -> bool:
+        """Converged to a motion."""
+        return self.status is Status.CONVERGED
+
+    @property
+    def rank(self) -> tuple[bool, float, float]:
+        """What makes one answer better than another, smaller first."""
+        excess = float(self.violation.max(initial=0.0))
+        return not self.solved, 0.0 if self.solved else excess, self.cost
 
 
 @dataclass(frozen=True)
@@ -65,195 +95,300 @@ class Gradient(Solver):
     tolerance : float
         Convergence tolerance of the plug-in.
     iterations : int
-        Iterations at most, a stage.
+        Iterations at most, a call.
     rounds : int
         How often points with broken limits are added and the problem is solved again, warm.
     samples : int
-        Samples a gap of torques and other functions of an instant at first; 0 chooses 4 for limits and 16 where
-        a cost is integrated over them.
+        Samples a gap of torques and other limited functions of an instant at first.
+    attempts : int
+        Starts tried at most until one leads to a solution.
+    starts : int
+        Starts that are solved in any case, the best answer is kept; more than 1 looks for better local optima.
+    jobs : int
+        Processes for `starts`.
+    compiled : bool
+        Use machine code for functions of an instant where there is a C compiler; it is kept on disk.
     """
 
     kind: ClassVar[str] = "gradient"
 
     plugin: str = "ipopt"
     tolerance: float = 1e-8
-    iterations: int = 1000
-    rounds: int = 5
-    samples: int = 0
+    iterations: int = 500
+    rounds: int = 8
+    samples: int = 4
+    attempts: int = 5
+    starts: int = 1
+    jobs: int = 1
+    compiled: bool = True
 
     def run(self, task: TrajectoryTask, request: Request) -> Outcome:
-        """Solve a task: few knots first, then all, then the points between samples."""
+        """Solve a task: few knots first, then all, then the points between samples; explain a failure."""
         self.check_available()
-        account = _Account()
-        clock = time.perf_counter()
-        if not get_family(task.family).takes_virtual_knots:
-            return self._run_condensed(task, request, account, clock)
-        trajectory, status, message, nlp, x = self._solve_stages(task, request, account, clock)
-        solution = _make_solution(nlp, x, status, message, account)
-        return Outcome(trajectory, solution, account.counts)
-
-    def _run_condensed(
-        self, task: TrajectoryTask, request: Request, account: _Account, clock: float
-    ) -> Outcome:
-        """Solve in logarithms of durations with closed-form extrema; the search box binds population methods only."""
-        nlp = CondensedNlp(task, encoding="log-durations", samples=self.samples or 16)
-        guess = initial_guess(task) if request.warm_start is None else fit_guess(task, request.warm_start)
-        start = nlp.encode(guess)
-        account.build_time += time.perf_counter() - clock
-        box = (start, start - WIDEST_LOGARITHM, start + WIDEST_LOGARITHM)
-        x, status, message = self._solve(nlp, request, account, clock, request.warm_start is not None, box)
-        return Outcome(nlp.decode(x), _make_solution(nlp, x, status, message, account), account.counts)
+        account = Account(request)
+        conflict = certain_conflict(task)
+        if conflict:
+            return self._refuse(task, account, conflict)
+        answer = self._attempt(task, request.warm_start, account, continued=request.warm_start is None)
+        diagnosis = ""
+        if not answer.solved:
+            answer, diagnosis = self._recover(task, account, answer)
+        if answer.solved and self.starts > 1:
+            answer = self._best_of_starts(task, account, answer)
+        solution = account.solution(
+            answer.nlp, answer.x, answer.cost, answer.violation, answer.status, answer.message
+        )
+        return Outcome(answer.trajectory, solution, account.counts, diagnosis)
 
     def check_available(self) -> None:
-        """Raise `UnavailableError` when the plug-in does not load."""
-        if not ca.has_nlpsol(self.plugin):
-            raise UnavailableError(f"solver {self.plugin!r} cannot be loaded: CasADi has no such plug-in here")
+        """Raise `UnavailableError` when the plug-in does not load, or does not take a problem."""
+        x = ca.SX.sym("x")
+        try:
+            if not ca.has_nlpsol(self.plugin):
+                ca.load_nlpsol(self.plugin)  # fails, and says why
+            options = plugin_named(self.plugin).options(Stage(self.tolerance, 1, None, False, False, 1.0))
+            ca.nlpsol("probe", self.plugin, {"x": x, "f": x**2, "g": x}, {"print_time": False, **options})
+        except RuntimeError as error:
+            reason = str(error).strip().splitlines()[-1].strip()
+            raise UnavailableError(f"solver {self.plugin!r} cannot be loaded: {reason}") from error
 
-    def _solve_stages(
-        self, task: TrajectoryTask, request: Request, account: _Account, clock: float
-    ) -> tuple[Trajectory, Status, str, Nlp, Array]:
-        guess: Trajectory | None = request.warm_start
-        for knots in continuation(task.virtual_knots):
-            stage = task if knots == task.virtual_knots else task.changed(virtual_knots=knots)
-            start = initial_guess(stage) if guess is None else fit_guess(stage, guess)
-            extra = ExtraPoints()
-            warm = guess is not None
-            for _ in range(self.rounds + 1):
-                nlp = self._build(stage, start, extra, account)
-                x, status, message = self._solve(nlp, request, account, clock, warm)
-                trajectory = nlp.decode(x)
-                broken = broken_points(stage, trajectory, nlp.layout.moving)
-                if status is not Status.CONVERGED or not broken or stage is not task:
-                    break
-                extra, start, warm = extra.joined(broken), trajectory, True
-            guess = trajectory
-            if status is not Status.CONVERGED and stage is not task:
-                guess = None
-        return trajectory, status, message, nlp, x
+    def _refuse(self, task: TrajectoryTask, account: Account, conflict: str) -> Outcome:
+        """Return the outcome of a task that cannot have a solution."""
+        nlp = self._build(task, initial_guess(task), ExtraPoints(), None, account)
+        nothing = np.full(len(nlp.g_lower), np.inf)
+        solution = account.solution(nlp, nlp.guess, np.inf, nothing, Status.INFEASIBLE, conflict)
+        return Outcome(None, solution, account.counts, conflict)
 
-    def _build(self, task: TrajectoryTask, guess: Trajectory, extra: ExtraPoints, account: _Account) -> LiftedNlp:
+    # More than one start -------------------------------------------------------------------------------------
+
+    def _recover(self, task: TrajectoryTask, account: Account, failed: Answer) -> tuple[Answer, str]:
+        """Try again from elsewhere after a failure, or explain it; return an answer and the explanation.
+
+        The elastic phase either gives a feasible start or names what is in conflict; then one more start has to
+        fail, too.
+        """
+        best, sentence = failed, ""
+        for guess in self._more_starts(task, account, failed):
+            if isinstance(guess, str):
+                sentence = guess
+                continue
+            answer = self._attempt(task, guess, account, continued=False)
+            best = min(best, answer, key=lambda each: each.rank)
+            if best.solved:
+                return best, ""
+            if sentence or account.exhausted():
+                break
+        stop = account.exhausted()
+        if stop is not None:
+            return replace(best, status=stop), ""
+        return (replace(best, status=Status.INFEASIBLE) if sentence else best), sentence
+
+    def _more_starts(
+        self, task: TrajectoryTask, account: Account, failed: Answer
+    ) -> Iterator[Trajectory | str]:
+        """Yield motions to start from, and a sentence once a conflict is found."""
+        if account.exhausted():
+            return
+        sentence = too_short(task, lambda longer: self._shortest(longer, account))
+        if sentence:
+            yield sentence
+            return
+        if isinstance(failed.nlp, LiftedNlp) and failed.nlp.derivatives:
+            least = elastic_phase(failed.nlp, np.asarray(failed.nlp.guess), account)
+            if least is not None:
+                yield least.sentence if least.excess > CONFLICT else least.trajectory
+        yield from other_starts(task, np.random.default_rng(account.request.seed), self.attempts - 1)
+
+    def _shortest(self, task: TrajectoryTask, account: Account) -> float | None:
+        answer = self._attempt(task, None, account, continued=True)
+        return answer.trajectory.duration if answer.solved else None
+
+    def _best_of_starts(self, task: TrajectoryTask, account: Account, first: Answer) -> Answer:
+        """Solve from more starts, in parallel if wanted, and return the best answer."""
+        rng = np.random.default_rng(account.request.seed)
+        guesses = list(other_starts(task, rng, self.starts - 1))
+        if self.jobs > 1:
+            from joblib import Parallel, delayed
+
+            single = replace(self, starts=1, attempts=1, jobs=1)
+            requests = [replace(account.request, warm_start=guess, progress=None) for guess in guesses]
+            found = Parallel(n_jobs=self.jobs)(delayed(_trajectory_of)(single, task, each) for each in requests)
+            guesses = [motion for motion in found if motion is not None]
+        answers = [first]
+        for guess in guesses:
+            if account.exhausted():
+                break
+            answers.append(self._attempt(task, guess, account, continued=False))
+        return min(answers, key=lambda answer: answer.rank)
+
+    # One start -----------------------------------------------------------------------------------------------
+
+    def _attempt(
+        self, task: TrajectoryTask, guess: Trajectory | None, account: Account, *, continued: bool
+    ) -> Answer:
+        """Solve from one start: few knots first if wanted, then the task with points added until none is broken."""
+        if continued:
+            for knots in continuation(task.family, task.virtual_knots)[:-1]:
+                guess = self._solve_few_knots(task, knots, guess, account)
+        start = initial_guess(task) if guess is None else fit_guess(task, guess)
+        extra, answer, layout, samples = ExtraPoints(), None, None, 0
+        for _ in range(self.rounds + 1):
+            nlp = self._build(task, start, extra, layout, account, samples)
+            found = self._call(nlp, account, warm=guess is not None, before=answer)
+            if not found.solved:
+                return found if answer is None else replace(answer, message=found.message)
+            answer, layout = found, nlp.layout if isinstance(nlp, LiftedNlp) else None
+            moving = np.arange(task.n) if layout is None else layout.moving
+            broken = broken_points(task, answer.trajectory, moving, compiled=self.compiled)
+            fresh = broken if layout is None else new_points(extra, broken)
+            if not fresh or samples > MOST_SAMPLES:
+                return replace(answer, clean=not broken)
+            if layout is None:  # no points can be added to the condensed form, so take more samples everywhere
+                samples = 2 * max(samples, CONDENSED_SAMPLES)
+            extra, start = extra.joined(fresh), answer.trajectory
+        assert answer is not None
+        return answer
+
+    def _solve_few_knots(
+        self, task: TrajectoryTask, knots: int, guess: Trajectory | None, account: Account
+    ) -> Trajectory | None:
+        """Return a motion with fewer virtual knots, None where there is none."""
+        try:
+            stage = task.changed(virtual_knots=knots)
+        except TaskError:  # too few knots for the boundary conditions
+            return guess
+        start = initial_guess(stage) if guess is None else fit_guess(stage, guess)
+        nlp = self._build(stage, start, ExtraPoints(), None, account)
+        loose = replace(self, tolerance=max(LOOSE, self.tolerance), iterations=min(100, self.iterations))
+        answer = loose._call(nlp, account, warm=guess is not None, before=None)
+        return answer.trajectory if answer.solved else guess
+
+    def _build(
+        self,
+        task: TrajectoryTask,
+        guess: Trajectory,
+        extra: ExtraPoints,
+        layout: Layout | None,
+        account: Account,
+        samples: int = 0,
+    ) -> Nlp:
+        """Return the lifted form, or the condensed one of families that have no other."""
         clock = time.perf_counter()
-        samples = self.samples or (16 if set(task.objective.weights) - {"time"} else 4)
-        nlp = LiftedNlp(task, guess, samples, extra)
+        nlp: Nlp
+        if get_family(task.family).takes_virtual_knots:
+            compiled = self.compiled and plugin_named(self.plugin).own_derivatives
+            nlp = LiftedNlp(task, guess, samples or self.samples, extra, layout=layout, compiled=compiled)
+        else:
+            nlp = _condensed(task, guess, samples or max(self.samples, CONDENSED_SAMPLES))
         account.build_time += time.perf_counter() - clock
         return nlp
 
-    def _solve(
-        self,
-        nlp: Nlp,
-        request: Request,
-        account: _Account,
-        clock: float,
-        warm: bool,
-        box: tuple[Array, Array, Array] | None = None,
-    ) -> tuple[Array, Status, str]:
-        """Solve from the problem's own guess and bounds, or from `box`: start, lower, upper."""
-        begin = time.perf_counter()
-        guess, lower, upper = (nlp.guess, nlp.lower, nlp.upper) if box is None else box
-        options = self._options(nlp, request, account, clock, warm)
-        scale = 1.0 / max(abs(_cost_at(nlp, guess)), 1e-300)
-        options["ipopt.obj_scaling_factor"] = scale
+    def _call(self, nlp: Nlp, account: Account, *, warm: bool, before: Answer | None) -> Answer:
+        """Call the plug-in once; `before` is the answer of the same task with fewer points."""
+        clock = time.perf_counter()
+        plugin = plugin_named(self.plugin)
+        dual = before is not None and plugin.takes_multipliers and isinstance(nlp, LiftedNlp)
+        stage = Stage(
+            self.tolerance,
+            account.evaluations_left(self.iterations),
+            account.seconds_left(),
+            warm or before is not None,
+            dual,
+            1.0 / max(abs(_cost(nlp)), 1e-300),
+        )
+        options = {"print_time": False, "error_on_fail": False, **plugin.options(stage)}
+        if plugin.own_derivatives:  # and no gradient of the Lagrangian: nobody asks for it
+            options.update({"no_nlp_grad": True, **nlp.derivatives})
         solver = ca.nlpsol("solver", self.plugin, {"x": nlp.x, "f": nlp.f, "g": nlp.g}, options)
-        account.build_time += time.perf_counter() - begin
-        begin = time.perf_counter()
-        answer = solver(x0=guess, lbx=lower, ubx=upper, lbg=nlp.g_lower, ubg=nlp.g_upper)
-        elapsed = time.perf_counter() - begin
-        _record(account, solver.stats(), begin - clock, elapsed)
-        message = str(solver.stats()["return_status"])
-        return np.array(answer["x"]).ravel(), STATUSES.get(message, Status.FAILED), message
-
-    def _options(
-        self, nlp: Nlp, request: Request, account: _Account, clock: float, warm: bool
-    ) -> dict[str, Any]:
-        iterations = self.iterations
-        if request.budget is not None:
-            iterations = max(0, min(iterations, request.budget - account.evaluations - 1))
-        options: dict[str, Any] = {
-            "print_time": False,
-            "error_on_fail": False,
-            "ipopt.print_level": 0,
-            "ipopt.sb": "yes",
-            "ipopt.honor_original_bounds": "yes",  # a waypoint's box is kept to 1e-8, IPOPT relaxes bounds by as much
-            "ipopt.mu_strategy": "monotone",
-            "ipopt.tol": self.tolerance,
-            "ipopt.max_iter": iterations,
-            **nlp.derivatives,
-        }
-        if request.time_limit is not None:
-            left = request.time_limit - (time.perf_counter() - clock)
-            options["ipopt.max_wall_time"] = max(left, 1e-3)
-        if warm:
-            options["ipopt.mu_init"] = 1e-4
-        return options
+        account.build_time += time.perf_counter() - clock
+        given: dict[str, Any] = {"x0": nlp.guess}
+        if dual and before is not None:
+            multipliers = carry_multipliers(before.nlp.rows, nlp.rows, before.row_multipliers)
+            given = {"x0": before.x, "lam_x0": before.bound_multipliers, "lam_g0": multipliers}
+        clock = time.perf_counter()
+        answer = solver(**given, lbx=nlp.lower, ubx=nlp.upper, lbg=nlp.g_lower, ubg=nlp.g_upper)
+        stats = solver.stats()
+        account.record(stats, time.perf_counter() - clock)
+        status, message = read_status(plugin, stats)
+        return _read_answer(nlp, answer, status, message)
 
 
-def continuation(virtual_knots: int) -> list[int]:
-    """Return the numbers of virtual knots to solve one after the other: few first, exact halving after that."""
+def _condensed(task: TrajectoryTask, guess: Trajectory, samples: int) -> CondensedNlp:
+    """Return the condensed form in logarithms of the durations, started from a guess."""
+    durations = np.asarray(guess.segment_durations)
+    search = replace(task.search, duration=(float(durations.min()) / WIDE, float(durations.max()) * WIDE))
+    nlp = CondensedNlp(task.changed(search=search), encoding="log-durations", samples=samples)
+    nlp.task = task
+    nlp.guess = read_only(np.clip(nlp.encode(guess), nlp.lower, nlp.upper))
+    return nlp
+
+
+def _trajectory_of(solver: Gradient, task: TrajectoryTask, request: Request) -> Trajectory | None:
+    """Run in another process: return the motion only."""
+    outcome = solver.run(task, request)
+    return outcome.trajectory if outcome.solution.status is Status.CONVERGED else None
+
+
+def _read_answer(nlp: Nlp, answer: dict[str, Any], status: Status, message: str) -> Answer:
+    x, g, on_rows, on_bounds = (np.array(answer[name]).ravel() for name in ("x", "g", "lam_g", "lam_x"))
+    cost = float(answer["f"])
+    if not np.isfinite(x).all():
+        x, status = np.asarray(nlp.guess), Status.FAILED
+    return Answer(nlp, x, nlp.decode(x), status, message, cost, nlp.violations(g), on_rows, on_bounds)
+
+
+def _cost(nlp: Nlp) -> float:
+    """Return the cost at the guess."""
+    ready = nlp.derivatives.get("grad_f")
+    if ready is not None:
+        return float(ready(nlp.guess, [])[0])
+    return float(nlp.evaluate(np.asarray(nlp.guess)[None, :]).cost[0])
+
+
+def carry_multipliers(old: list[RowBlock], new: list[RowBlock], multipliers: Array) -> Array:
+    """Return multipliers for a problem with more rows: blocks of one limit match in order, new rows get zero."""
+    kept: dict[tuple[str, int], Array] = {}
+    for key, rows in _blocks(old):
+        kept[key] = multipliers[rows]
+    result = np.zeros(sum(map(len, new)))
+    for key, rows in _blocks(new):
+        values = kept.get(key, np.empty(0))[: rows.stop - rows.start]
+        result[rows.start : rows.start + len(values)] = values
+    return result
+
+
+def _blocks(rows: list[RowBlock]) -> Iterator[tuple[tuple[str, int], slice]]:
+    seen: dict[str, int] = {}
+    start = 0
+    for block in rows:
+        count = seen.get(block.limit, 0)
+        seen[block.limit] = count + 1
+        yield (block.limit, count), slice(start, start + len(block))
+        start += len(block)
+
+
+def continuation(family: str, virtual_knots: int) -> list[int]:
+    """Return the numbers of virtual knots to solve one after the other, the last one the number wanted.
+
+    One knot leads a cubic to good optima; higher degrees with knots are solved from the motion without any.
+    """
+    first = 1 if get_family(family).degree == 3 else 0
     stages = [virtual_knots]
-    while stages[0] > 3:
+    while stages[0] > 7:
         stages.insert(0, (stages[0] - 1) // 2)
-    return stages
+    return [first, *stages] if stages[0] > first else stages
 
 
 def fit_guess(task: TrajectoryTask, trajectory: Trajectory) -> Trajectory:
     """Return a motion of the task's family and knots that starts near a given one."""
     same = trajectory.family == task.family
     wanted = task.gaps * (task.virtual_knots + 1)
-    if same and len(trajectory.breakpoints) - 1 == wanted:
-        return trajectory
-    if same and task.virtual_knots and len(trajectory.breakpoints) - 1 < wanted:
-        return insert_knots(trajectory, task.virtual_knots)
     if len(trajectory.waypoint_times) != task.gaps + 1:
         raise InputError(
             f"the motion to start from passes {len(trajectory.waypoint_times)} waypoints, expected {task.gaps + 1}"
         )
+    if same and len(trajectory.breakpoints) - 1 == wanted:
+        return trajectory
+    if same and task.virtual_knots and len(trajectory.breakpoints) - 1 < wanted:
+        return insert_knots(trajectory, task.virtual_knots)
     return initial_guess(task, trajectory.segment_durations)
-
-
-def _cost_at(nlp: Nlp, x: Array) -> float:
-    return float(ca.Function("cost", [nlp.x], [nlp.f])(x))
-
-
-def _record(account: _Account, stats: dict[str, Any], begin: float, elapsed: float) -> None:
-    """Add one nlpsol call's counts and history."""
-    counts = {name.removeprefix("n_call_"): int(value) for name, value in stats.items() if name.startswith("n_call_")}
-    for name, value in counts.items():
-        if name.startswith("nlp_"):
-            account.counts[name] = account.counts.get(name, 0) + value
-    spent = max(counts.get("nlp_f", 0), counts.get("nlp_g", 0), 1)
-    iterations = stats.get("iterations", {})
-    cost = list(iterations.get("obj", ()))
-    share = np.linspace(0, 1, len(cost)) if len(cost) > 1 else np.ones(len(cost))
-    account.cost += cost
-    account.violation += list(iterations.get("inf_pr", ()))
-    account.at += [account.evaluations + round(fraction * spent) for fraction in share]
-    account.seconds += [begin + fraction * elapsed for fraction in share]
-    account.evaluations += spent
-    account.solve_time += elapsed
-
-
-def _make_solution(nlp: Nlp, x: Array, status: Status, message: str, account: _Account) -> Solution:
-    evaluation = nlp.evaluate(x[None, :])
-    count = len(account.cost)
-    history = History(
-        np.array(account.at, dtype=np.intp),
-        np.array(account.cost),
-        np.array(account.violation),
-        np.array(account.seconds),
-        np.full((count, len(x)), np.nan),
-        np.full(count, np.nan),
-    )
-    return Solution(
-        nlp,
-        x,
-        float(evaluation.cost[0]),
-        evaluation.violation[0],
-        status,
-        message,
-        account.evaluations,
-        account.build_time,
-        account.solve_time,
-        history,
-    )
-
-

@@ -11,16 +11,25 @@ from ocp_traj.constraints import DERIVATIVE_LIMITS
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.lifted import ExtraPoints
+from ocp_traj.transcription.outer import outer_of
 from ocp_traj.transcription.samples import instant_function, instant_of
 
 DENSE = 48
 """Samples a segment when looking for broken limits."""
 
-TOLERANCE = 1e-8
-"""Ratios over a limit by less than this are left to the final scaling."""
+TOLERANCE = 1e-7
+"""Ratios over a limit by less than this are left to the final scaling, and are far within what the audit allows."""
+
+HIDDEN = 0.05
+"""Local maxima of the samples below the limit by more than this hide no broken peak."""
+
+CLOSE = 1e-4
+"""Points nearer than this to one that is there, in segments, add nothing."""
 
 
-def broken_points(task: TrajectoryTask, trajectory: Trajectory, moving: Any) -> ExtraPoints:
+def broken_points(
+    task: TrajectoryTask, trajectory: Trajectory, moving: Any, *, compiled: bool = False
+) -> ExtraPoints:
     """Return the points, one a peak, where the motion is over a limit by more than `TOLERANCE`."""
     fractions = np.linspace(0.0, 1.0, DENSE + 1)
     breakpoints = np.asarray(trajectory.breakpoints)
@@ -35,7 +44,7 @@ def broken_points(task: TrajectoryTask, trajectory: Trajectory, moving: Any) -> 
         over = _excess(value, limit.bounds(task)[gaps])[:, moving]
         for segment, joint, fraction in _peaks(over, len(spans), fractions):
             derivatives.append((limit.order, segment, joint, fraction))
-    return ExtraPoints(tuple(derivatives), tuple(_broken_instants(task, trajectory, t, spans, gaps, fractions)))
+    return ExtraPoints(tuple(derivatives), tuple(_broken_instants(task, trajectory, t, gaps, fractions, compiled)))
 
 
 def segment_gaps(trajectory: Trajectory) -> Any:
@@ -50,7 +59,8 @@ def _one_sided(trajectory: Trajectory, t: Array, spans: Array, order: int) -> Ar
     coefficients = trajectory.derivative_coefficients(order)
     local = np.linspace(0.0, 1.0, DENSE + 1) * spans[:, None]
     powers = local[:, :, None] ** np.arange(coefficients.shape[2])
-    return np.einsum("skp,snp->skn", powers, coefficients).reshape(len(t), -1)
+    values: Array = np.einsum("skp,snp->skn", powers, coefficients).reshape(len(t), -1)
+    return values
 
 
 def _excess(value: Array, bounds: Array) -> Array:
@@ -62,34 +72,58 @@ def _excess(value: Array, bounds: Array) -> Array:
 
 
 def _peaks(over: Array, segments: int, fractions: Array) -> list[tuple[int, int, float]]:
-    """Return (segment, column, fraction) of local maxima above the tolerance, refined by a parabola."""
+    """Return (segment, column, fraction) of local maxima above the tolerance, by a parabola through the samples.
+
+    A peak may hide between two samples that keep the limit, so the parabola's top decides.
+    """
     grid = over.reshape(segments, len(fractions), -1)
     padded = np.pad(grid, ((0, 0), (1, 1), (0, 0)), constant_values=-np.inf)
-    is_peak = (grid > TOLERANCE) & (grid >= padded[:, :-2]) & (grid >= padded[:, 2:])
+    is_peak = (grid > -HIDDEN) & (grid >= padded[:, :-2]) & (grid >= padded[:, 2:])
     found = []
     for segment, index, column in np.argwhere(is_peak):
-        fraction = float(fractions[index])
+        top, fraction = float(grid[segment, index, column]), float(fractions[index])
         if 0 < index < len(fractions) - 1:
             left, middle, right = grid[segment, index - 1 : index + 2, column]
             curvature = left - 2 * middle + right
             if curvature < 0:
-                fraction += 0.5 * (left - right) / curvature * float(fractions[1])
-        found.append((int(segment), int(column), fraction))
+                fraction += float(0.5 * (left - right) / curvature * fractions[1])
+                top -= float((left - right) ** 2 / (8.0 * curvature))
+        if top > TOLERANCE:
+            found.append((int(segment), int(column), fraction))
     return found
 
 
 def _broken_instants(
-    task: TrajectoryTask, trajectory: Trajectory, t: Array, spans: Array, gaps: Any, fractions: Array
+    task: TrajectoryTask, trajectory: Trajectory, t: Array, gaps: Any, fractions: Array, compiled: bool
 ) -> list[tuple[int, float]]:
     found: dict[tuple[int, float], None] = {}
     constraints = instant_of(task).constraints
     if not constraints:
         return []
-    columns = [_one_sided(trajectory, t, spans, order).T for order in range(4)]
+    spans = np.diff(trajectory.breakpoints)
+    columns = [_one_sided(trajectory, t, spans, order) for order in range(4)]
     for constraint in constraints:
-        function = instant_function(task, constraint)
-        value = np.array(function.map(len(t))(*columns)).T
+        orders = 4 if constraint.needs_jerk else 3
+        outer = outer_of(
+            instant_function(task, constraint),
+            needs_jerk=constraint.needs_jerk,
+            total=False,
+            compiled=compiled,
+        )
+        u = np.concatenate(columns[:orders], axis=1).T
+        value = np.array(outer.functions["value"].map(len(t))(u)).T
         over = _excess(value, constraint.bounds(task)[gaps])
         for segment, _, fraction in _peaks(over, len(spans), fractions):
             found[(segment, round(fraction, 6))] = None
     return list(found)
+
+
+def new_points(known: ExtraPoints, found: ExtraPoints) -> ExtraPoints:
+    """Return the found points that are not all but known already."""
+    derivatives = [point for point in found.derivatives if not _is_near(point, known.derivatives)]
+    instants = [point for point in found.instants if not _is_near(point, known.instants)]
+    return ExtraPoints(tuple(derivatives), tuple(instants))
+
+
+def _is_near(point: Any, known: Any) -> bool:
+    return any(point[:-1] == other[:-1] and abs(point[-1] - other[-1]) < CLOSE for other in known)

@@ -58,6 +58,14 @@ def _plugin(plugin: str, summary: str) -> Entry:
 
 ENTRIES: dict[str, Entry] = {
     "ipopt": _plugin("ipopt", "interior point with exact sparse derivatives"),
+    "uno": _plugin("uno", "Uno's interior point with line search"),
+    "sleqp": _plugin("sleqp", "active set, sequential linear and equality-constrained quadratic programs"),
+    "fatrop": _plugin("fatrop", "interior point, here without the structure of stages"),
+    "blocksqp": _plugin("blocksqp", "block-structured sequential quadratic programming, needs HSL's MA27"),
+    "madnlp": _plugin("madnlp", "interior point, needs a CasADi built with it"),
+    "snopt": _plugin("snopt", "sequential quadratic programming, needs a licence"),
+    "knitro": _plugin("knitro", "interior point and active set, needs a licence"),
+    "worhp": _plugin("worhp", "sequential quadratic programming, needs a licence"),
     "pso": _population("pso", "particle swarm, inertia 0.9 to 0.4, c1 = c2 = 2"),
     "pso-constriction": _population("pso-constriction", "particle swarm with constriction values"),
     "pso-d": _population("pso-d", "particle swarm of paper D, trigonometric schedules"),

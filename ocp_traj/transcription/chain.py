@@ -7,10 +7,12 @@ the cubic these are q+ = q + v h + a h^2/3 + a+ h^2/6 and v+ = v + (a + a+) h/2.
 
 from __future__ import annotations
 
+from functools import cache
 from math import factorial
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from ocp_traj.transcription.elements import Formula
 
@@ -33,6 +35,7 @@ def chain_value(degree: int, order: int, fraction: Any, h: Any, states: list[Any
     return value
 
 
+@cache
 def defect_formula(degree: int) -> Formula:
     """Return the degree - 1 scaled defects of one joint over one segment.
 
@@ -50,6 +53,7 @@ def defect_formula(degree: int) -> Formula:
     return Formula("defect", ca.vertcat(h, start, end), scales, ca.vertcat(*defects))
 
 
+@cache
 def sample_formula(degree: int, order: int) -> Formula:
     """Return a scaled derivative at a point of a segment.
 
@@ -66,6 +70,7 @@ def sample_formula(degree: int, order: int) -> Formula:
     return Formula(f"sample{order}", ca.vertcat(h, start, end), parameters, value / parameters[count + 2])
 
 
+@cache
 def bernstein_formula() -> Formula:
     """Return the middle Bernstein coefficient v + a h / 2 of a cubic's velocity, scaled.
 
@@ -78,14 +83,13 @@ def bernstein_formula() -> Formula:
     return Formula("bernstein", local, parameters, value / parameters[4])
 
 
+@cache
 def squared_formula(degree: int, order: int) -> Formula:
     """Return the integral over a segment of a squared derivative, exact by Gauss-Legendre quadrature.
 
     Local variables: scaled duration, scaled states `order` to p - 1 at start, state p - 1 at both ends.
     Parameters: their scales, scale of the duration.
     """
-    import numpy as np
-
     count = max(degree - order, 1)
     first = degree - count
     h, start, end = ca.SX.sym("h"), ca.SX.sym("start", count), ca.SX.sym("end")

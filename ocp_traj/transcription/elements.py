@@ -7,6 +7,7 @@ building a problem costs milliseconds however many segments it has.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -19,7 +20,41 @@ from ocp_traj.arrays import Array
 IndexArray = npt.NDArray[np.int64]
 
 
-@dataclass(frozen=True)
+class Places(ABC):
+    """Values computed at N places of a problem, with their sparse derivatives.
+
+    Attributes
+    ----------
+    count : int
+        Number of places N.
+    rows : int
+        Values a place.
+    """
+
+    count: int
+    rows: int
+
+    @abstractmethod
+    def call(self, what: str, x: Any, multipliers: Any = None) -> Any:
+        """Return the ``value``, ``jacobian`` or ``hessian`` nonzeros as one MX column, place after place.
+
+        Parameters
+        ----------
+        x : MX (d,)
+        multipliers : MX (N * rows,), optional
+            Weights of the values, for the Hessian.
+        """
+
+    @abstractmethod
+    def jacobian_triplets(self) -> tuple[IndexArray, IndexArray]:
+        """Rows (from 0 for these places) and columns of every Jacobian nonzero, in the order of `call`."""
+
+    @abstractmethod
+    def hessian_triplets(self) -> tuple[IndexArray, IndexArray]:
+        """Rows and columns (row <= column) of every Hessian nonzero, in the order of `call`."""
+
+
+@dataclass(frozen=True, eq=False)
 class Formula:
     """A small function e(z, parameters) with its sparse Jacobian and the Hessian of its weighted sum.
 
@@ -30,40 +65,30 @@ class Formula:
         Local variables z.
     parameters : SX
     value : SX (ne,)
-    jacobian : SX (ne, nz), optional
-        Left out, it is differentiated here; given where its structure is known better.
-    hessian : tuple of (SX multipliers (ne,), SX (nz, nz)), optional
-        Hessian of multipliers' value; left out, it is differentiated here.
     """
 
     name: str
     local: Any
     parameters: Any
     value: Any
-    jacobian: Any = None
-    hessian: Any = None
     functions: dict[str, Any] = field(init=False, repr=False)
     jacobian_pattern: tuple[IndexArray, IndexArray] = field(init=False, repr=False)
     hessian_pattern: tuple[IndexArray, IndexArray] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         value = ca.densify(self.value)
-        jacobian = ca.jacobian(value, self.local) if self.jacobian is None else self.jacobian
-        if self.hessian is None:
-            multipliers = ca.SX.sym("lambda", value.numel())
-            hessian = ca.hessian(ca.dot(multipliers, value), self.local)[0]
-        else:
-            multipliers, hessian = self.hessian
-        hessian = ca.triu(hessian)
+        jacobian = ca.jacobian(value, self.local)
+        multipliers = ca.SX.sym("lambda", value.numel())
+        hessian = ca.triu(ca.hessian(ca.dot(multipliers, value), self.local)[0])
         arguments = [self.local, self.parameters]
         functions = {
             "value": ca.Function(f"{self.name}_value", arguments, [value]),
-            "jacobian": ca.Function(f"{self.name}_jacobian", arguments, [_nonzeros(jacobian)]),
-            "hessian": ca.Function(f"{self.name}_hessian", [*arguments, multipliers], [_nonzeros(hessian)]),
+            "jacobian": ca.Function(f"{self.name}_jacobian", arguments, [nonzeros(jacobian)]),
+            "hessian": ca.Function(f"{self.name}_hessian", [*arguments, multipliers], [nonzeros(hessian)]),
         }
         object.__setattr__(self, "functions", functions)
-        object.__setattr__(self, "jacobian_pattern", _pattern(jacobian))
-        object.__setattr__(self, "hessian_pattern", _pattern(hessian))
+        object.__setattr__(self, "jacobian_pattern", pattern(jacobian))
+        object.__setattr__(self, "hessian_pattern", pattern(hessian))
 
     @property
     def rows(self) -> int:
@@ -71,18 +96,46 @@ class Formula:
         return int(self.value.numel())
 
 
-def _nonzeros(matrix: Any) -> Any:
-    nonzeros = matrix.nonzeros()
-    return ca.vertcat(*nonzeros) if nonzeros else ca.SX(0, 1)
+def nonzeros(matrix: Any) -> Any:
+    """Return the nonzeros of an SX matrix as a column."""
+    entries = matrix.nonzeros()
+    return ca.vertcat(*entries) if entries else ca.SX(0, 1)
 
 
-def _pattern(matrix: Any) -> tuple[IndexArray, IndexArray]:
+def pattern(matrix: Any) -> tuple[IndexArray, IndexArray]:
+    """Return rows and columns of the nonzeros of an SX matrix."""
     rows, columns = matrix.sparsity().get_triplet()
     return np.array(rows, dtype=np.int64), np.array(columns, dtype=np.int64)
 
 
-@dataclass(frozen=True)
-class Elements:
+def gather(x: Any, indices: IndexArray) -> Any:
+    """Return x at indices (N, k) as an MX of shape (k, N)."""
+    return ca.reshape(x[indices.ravel().tolist()], indices.shape[1], indices.shape[0])
+
+
+def apply_mapped(function: Any, count: int, *arguments: Any) -> Any:
+    """Call a function once a column of its arguments."""
+    return (function.map(count) if count > 1 else function)(*arguments)
+
+
+def spread_triplets(
+    variables: IndexArray, rows: int, jacobian: tuple[IndexArray, IndexArray]
+) -> tuple[IndexArray, IndexArray]:
+    """Return the Jacobian triplets of N places with local variables `variables` (N, nz)."""
+    offsets = np.arange(len(variables))[:, None] * rows
+    return (offsets + jacobian[0]).ravel(), variables[:, jacobian[1]].ravel()
+
+
+def ordered_triplets(
+    variables: IndexArray, hessian: tuple[IndexArray, IndexArray]
+) -> tuple[IndexArray, IndexArray]:
+    """Return the upper triangular Hessian triplets of N places with local variables `variables` (N, nz)."""
+    first, second = variables[:, hessian[0]], variables[:, hessian[1]]
+    return np.minimum(first, second).ravel(), np.maximum(first, second).ravel()
+
+
+@dataclass(frozen=True, eq=False)
+class Elements(Places):
     """One formula at N places.
 
     Parameters
@@ -97,33 +150,24 @@ class Elements:
     parameters: Array
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "variables", np.asarray(self.variables, dtype=np.int64))
-        object.__setattr__(
-            self, "parameters", np.asarray(self.parameters, dtype=np.float64).reshape(len(self.variables), -1)
-        )
-
-    @property
-    def count(self) -> int:
-        """Number of places N."""
-        return len(self.variables)
+        variables = np.asarray(self.variables, dtype=np.int64)
+        parameters = np.asarray(self.parameters, dtype=np.float64).reshape(len(variables), -1)
+        object.__setattr__(self, "variables", variables)
+        object.__setattr__(self, "parameters", parameters)
+        object.__setattr__(self, "count", len(variables))
+        object.__setattr__(self, "rows", self.formula.rows)
 
     def call(self, what: str, x: Any, multipliers: Any = None) -> Any:
-        """Return the mapped ``value``, ``jacobian`` or ``hessian`` nonzeros as one column, place after place."""
-        gathered = ca.reshape(x[self.variables.ravel().tolist()], self.variables.shape[1], self.count)
-        arguments = [gathered, ca.DM(self.parameters.T)]
+        """Return mapped values; see `Places.call`."""
+        arguments = [gather(x, self.variables), ca.DM(self.parameters.T)]
         if multipliers is not None:
-            arguments.append(ca.reshape(multipliers, self.formula.rows, self.count))
-        function = self.formula.functions[what]
-        return ca.vec((function.map(self.count) if self.count > 1 else function)(*arguments))
+            arguments.append(ca.reshape(multipliers, self.rows, self.count))
+        return ca.vec(apply_mapped(self.formula.functions[what], self.count, *arguments))
 
     def jacobian_triplets(self) -> tuple[IndexArray, IndexArray]:
-        """Rows (from 0 for this set) and columns of every Jacobian nonzero, in the order of `call`."""
-        rows, columns = self.formula.jacobian_pattern
-        offsets = np.arange(self.count)[:, None] * self.formula.rows
-        return (offsets + rows).ravel(), self.variables[:, columns].ravel()
+        """See `Places.jacobian_triplets`."""
+        return spread_triplets(self.variables, self.rows, self.formula.jacobian_pattern)
 
     def hessian_triplets(self) -> tuple[IndexArray, IndexArray]:
-        """Rows and columns (row <= column) of every Hessian nonzero, in the order of `call`."""
-        rows, columns = self.formula.hessian_pattern
-        first, second = self.variables[:, rows], self.variables[:, columns]
-        return np.minimum(first, second).ravel(), np.maximum(first, second).ravel()
+        """See `Places.hessian_triplets`."""
+        return ordered_triplets(self.variables, self.formula.hessian_pattern)

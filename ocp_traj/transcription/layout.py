@@ -10,8 +10,14 @@ import numpy as np
 from ocp_traj.arrays import Array
 from ocp_traj.spline import get_family
 from ocp_traj.task import TrajectoryTask
-from ocp_traj.transcription.elements import IndexArray
 from ocp_traj.trajectory import Trajectory
+from ocp_traj.transcription.elements import IndexArray
+
+SHORTEST = 1e-3
+"""Least duration of a segment, in an even share of its gap in the guess."""
+
+SHORTEST_WITH_KNOTS = 0.02
+"""The same with two virtual knots or more, where the guess comes from a solution with fewer."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +35,8 @@ class Layout:
     duration_scale : float, s
     state_scales : (p, n')
         One variable unit of each derivative.
+    shortest : (S,)
+        Least duration of every segment, in units of `duration_scale`.
     """
 
     task: TrajectoryTask
@@ -37,6 +45,7 @@ class Layout:
     moving: Any
     duration_scale: float
     state_scales: Array
+    shortest: Array
 
     @property
     def per_gap(self) -> int:
@@ -58,9 +67,11 @@ class Layout:
         segment, joint = np.meshgrid(np.arange(self.segments), np.arange(len(self.moving)), indexing="ij")
         return segment.ravel(), joint.ravel()
 
-    def knot_gaps(self, knot: int) -> tuple[int, int]:
-        """Return the gaps left and right of a knot."""
-        return max(knot - 1, 0) // self.per_gap, min(knot, self.segments - 1) // self.per_gap
+    def knot_gaps(self, knot: IndexArray) -> tuple[IndexArray, IndexArray]:
+        """Return the gaps left and right of knots."""
+        left: IndexArray = np.maximum(knot - 1, 0) // self.per_gap
+        right: IndexArray = np.minimum(knot, self.segments - 1) // self.per_gap
+        return left, right
 
     def encode(self, trajectory: Trajectory) -> Array:
         """Return the variables (without slacks) of a trajectory of this family with the same number of knots."""
@@ -92,7 +103,20 @@ def make_layout(task: TrajectoryTask, guess: Trajectory) -> Layout:
     segments = task.gaps * (task.virtual_knots + 1)
     moving = moving_joints(task)
     scale = float(np.mean(np.diff(guess.breakpoints)))
-    return Layout(task, degree, segments, moving, scale, _state_scales(task, guess, degree, moving))
+    shortest = _shortest_durations(task, guess) / scale
+    return Layout(task, degree, segments, moving, scale, _state_scales(task, guess, degree, moving), shortest)
+
+
+def _shortest_durations(task: TrajectoryTask, guess: Trajectory) -> Array:
+    """Return the least duration of every segment, s: a part of an even share of its gap in the guess.
+
+    Knots that crowd add nothing to the motion and leave their durations undetermined, which costs a solver many
+    iterations.
+    """
+    part = SHORTEST_WITH_KNOTS if task.virtual_knots > 1 else SHORTEST
+    shares = guess.segment_durations / (task.virtual_knots + 1)
+    least: Array = np.repeat(part * shares, task.virtual_knots + 1)
+    return least
 
 
 def moving_joints(task: TrajectoryTask) -> IndexArray:
@@ -125,8 +149,9 @@ def _state_scales(task: TrajectoryTask, guess: Trajectory, degree: int, moving: 
     A limit far above what the motion needs (more than a hundred times the guess) is not a scale.
     """
     travel = np.ptp(guess(guess.breakpoints), axis=0)
-    floor = 1e-3 * max(float(travel.max(initial=0.0)), 1e-12)
-    scales = [np.maximum(travel, floor)]
+    most = float(travel.max(initial=0.0)) or 1.0
+    travel = np.where(travel > 0, travel, 0.1 * most)  # a joint that may move, but need not
+    scales = [np.maximum(travel, 1e-3 * most)]
     gap = guess.duration / task.gaps
     for order in range(1, degree):
         size = np.abs(guess(guess.breakpoints, order)).max(axis=0)

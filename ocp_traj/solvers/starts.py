@@ -1,0 +1,60 @@
+"""Other motions to start from, for when the first start fails or several shall compete."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+
+import numpy as np
+
+from ocp_traj.arrays import Array
+from ocp_traj.exceptions import OcpTrajError
+from ocp_traj.task import TrajectoryTask
+from ocp_traj.trajectory import Trajectory
+from ocp_traj.transcription.guess import closed_form_durations, initial_guess
+
+logger = logging.getLogger(__name__)
+
+SPREAD = 0.5
+"""Standard deviation of the logarithm of a random start's durations."""
+
+STRETCH = 1.5
+"""Random starts are slower than the closed-form timing by this, which leaves room inside the limits."""
+
+
+def other_starts(task: TrajectoryTask, rng: np.random.Generator, count: int) -> Iterator[Trajectory]:
+    """Yield up to `count` starts: TOPP-RA timing, then closed-form timing with random proportions.
+
+    Parameters
+    ----------
+    task : TrajectoryTask
+    rng : numpy.random.Generator
+    count : int
+    """
+    if count <= 0:
+        return
+    durations = toppra_durations(task)
+    if durations is not None:
+        yield initial_guess(task, durations)
+        count -= 1
+    for _ in range(count):
+        factors = STRETCH * np.exp(SPREAD * rng.standard_normal(task.gaps))
+        yield initial_guess(task, closed_form_durations(task) * factors)
+
+
+def toppra_durations(task: TrajectoryTask) -> Array | None:
+    """Return the gap durations of a spline path timed by TOPP-RA, (K - 1,) s; None where it has none."""
+    if not task.boundary.is_rest:
+        return None
+    try:
+        from ocp_traj.references import toppra_reference
+
+        result = toppra_reference(task, "chord")
+    except (ImportError, OcpTrajError) as error:
+        logger.info("no start by TOPP-RA: %s", error)
+        return None
+    if result.duration is None or result.waypoint_times is None:
+        logger.info("no start by TOPP-RA: %s", result.reason)
+        return None
+    durations = np.diff(result.waypoint_times)
+    return durations if bool((durations > 0).all()) else None
