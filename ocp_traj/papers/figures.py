@@ -20,7 +20,7 @@ def _save(figure: Any, path: Path) -> str:
     import matplotlib.pyplot as plt
 
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=80)
+    figure.savefig(path, dpi=72)
     plt.close(figure)
     return path.name
 
@@ -76,7 +76,9 @@ def _course(history: dict[str, Any], grid: Any, along: str) -> Any:
 
 def motion_figure(task: TrajectoryTask, motions: dict[str, Trajectory], path: Path, title: str) -> str:
     """Draw q, v, a and jerk of every joint, a row a quantity and a column a motion, with limits broken in red."""
-    figure, axes = _figure(4, len(motions), 4.2 * len(motions), 8)
+    alone = len(motions) == 1
+    figure, axes = _figure(2, 2, 9, 6) if alone else _figure(4, len(motions), 4.2 * len(motions), 8)
+    axes = axes.reshape(4, -1)
     for column, (name, motion) in enumerate(motions.items()):
         t = np.linspace(0, motion.duration, 700)
         for row, (quantity, unit) in enumerate(QUANTITIES):
@@ -94,7 +96,8 @@ def motion_figure(task: TrajectoryTask, motions: dict[str, Trajectory], path: Pa
             if column == 0:
                 axis.set_ylabel(f"{quantity}, {unit}")
         axes[0, column].set_title(name, fontsize=10)
-        axes[3, column].set_xlabel("time, s")
+        for row in (2, 3) if alone else (3,):
+            axes[row, column].set_xlabel("time, s")
     axes[0, 0].legend(fontsize=7, ncols=2)
     figure.suptitle(f"{title} (red: over a limit)")
     return _save(figure, path)

@@ -24,7 +24,14 @@ def number(value: float | None, digits: int = 4) -> str:
     """Format a number for a table; none and infinity say so."""
     if value is None or np.isnan(value):
         return "—"
-    return "∞ (infeasible)" if np.isinf(value) else f"{value:.{digits}f}"
+    return "infeasible" if np.isinf(value) else f"{value:.{digits}f}"
+
+
+def with_unit(value: float, unit: str) -> str:
+    """Format a number with its unit; what is counted in generations is whole."""
+    if np.isinf(value):
+        return number(value)
+    return f"{number(value, 0 if unit == 'generations' else 4)} {unit}".rstrip()
 
 
 def quartiles(values: Array) -> tuple[float, float, float]:
@@ -38,6 +45,8 @@ def quartiles(values: Array) -> tuple[float, float, float]:
 def spread_of(values: Array, digits: int = 4) -> str:
     """Write a median with its quartiles."""
     low, middle, high = quartiles(values)
+    if np.isinf(low):
+        return number(low)
     return f"{number(middle, digits)} ({number(low, digits)} to {number(high, digits)})"
 
 
@@ -78,7 +87,7 @@ def claim_order(sentence: str, source: str, columns: dict[str, Array], unit: str
     """Judge a claimed order, best first: the order of `columns`."""
     labels = list(columns)
     ordered, proven, tests = order_with_tests(columns)
-    medians = ", ".join(f"{label} {number(quartiles(columns[label])[1])} {unit}" for label in ordered)
+    medians = ", ".join(f"{label} {with_unit(quartiles(columns[label])[1], unit)}" for label in ordered)
     wanted = set(zip(labels, labels[1:], strict=False))
     if wanted <= proven:
         verdict = "holds"
@@ -97,7 +106,8 @@ def claim_gain(
     first, second = quartiles(mine[:count])[1], quartiles(other[:count])[1]
     gain = 1.0 - first / second if np.isfinite(first) and second > 0 else np.nan
     p = compare_pairs(np.stack([mine[:count], other[:count]], axis=1), ["mine", "other"])[0].p
-    measured = f"{100 * gain:.1f} % (medians {number(first, digits)} and {number(second, digits)}; Wilcoxon p = {p:.2g})"
+    medians = f"medians {number(first, digits)} and {number(second, digits)}"
+    measured = f"{100 * gain:.1f} % ({medians}; Wilcoxon p = {p:.2g})"
     if p >= SIGNIFICANT or np.isnan(gain):
         verdict = "no difference proven"
     elif gain >= claimed - 0.005:
@@ -114,7 +124,7 @@ def audit_durations(task: TrajectoryTask, words: str, durations: list[float]) ->
 
     verdict = audit(task, trajectory_from_durations(task, durations))
     worst = verdict.worst
-    finding = verdict.findings[0] if verdict.findings else "keeps every limit"
+    finding = "keeps every limit" if verdict.feasible else str(worst)
     return AuditedMotion(
         words,
         float(np.sum(durations)),
@@ -152,7 +162,7 @@ def certified_optimum(task: TrajectoryTask, records: Records, gap: float = 1e-3)
 
 
 def joint_optima(paper: Paper, records: Records) -> dict[int, dict[str, Any]]:
-    """Return the optimum of every moving joint (from 1) alone, proved to `JOINT_GAP`."""
+    """Return the optimum of every moving joint (from 1) alone, proved to `JOINT_GAP` where it moves in all gaps."""
     from ocp_traj.solvers.per_joint import joint_task
 
     task = paper.task()

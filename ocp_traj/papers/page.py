@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ocp_traj.papers.measures import number, order_with_tests, quartiles, reference_numbers, spread_of
-from ocp_traj.papers.paper import PUBLISHED_PROTOCOL, Claim, Experiment, Paper
+from ocp_traj.papers.paper import MEASURED_SEEDS, PUBLISHED_PROTOCOL, Claim, Experiment, Paper
 from ocp_traj.papers.records import Records
 
 if TYPE_CHECKING:
@@ -31,9 +31,15 @@ def _page(paper: Paper, records: Records, folder: Path, command: str, reduced: b
     yield from (f"# Paper {paper.key}: {paper.title}", "", f"{paper.reference}. {paper.summary}", "")
     yield from ("## What came out", "", *(f"- {sentence}" for sentence in paper.story(records)), "")
     yield from made_by(command, reduced)
+    experiments = paper.experiments(reduced)
+    seeds = max((len(records.runs(entry.label, entry.group)) for entry in experiments), default=0)
+    if seeds < MEASURED_SEEDS:
+        yield from (
+            f"**{seeds} seeds only: medians are rough, and tests can hardly prove a difference.**",
+            "",
+        )
     yield from _case(paper)
     yield from ("## Readings and stand-ins", "", *(f"- {sentence}" for sentence in paper.stand_ins), "")
-    experiments = paper.experiments(reduced)
     for group in dict.fromkeys(experiment.group for experiment in experiments):
         yield from _group(paper, records, group, [entry for entry in experiments if entry.group == group])
     yield from _references(paper, records)
@@ -102,7 +108,9 @@ def _closure(task: TrajectoryTask) -> str:
         f"are found again among the branches (largest miss {max(misses, default=0.0):.1e} rad)"
     )
     if singular:
-        words += f"; waypoints {', '.join(map(str, singular))} are singular there: their branch is not unique"
+        words += (
+            f"; the wrist is singular at waypoint {', '.join(map(str, singular))}: that branch is not unique"
+        )
     return words + "."
 
 
@@ -118,11 +126,12 @@ def _group(paper: Paper, records: Records, group: str, experiments: list[Experim
             "beside it."
         )
         yield ""
+    seeds = max((len(records.runs(entry.label, group)) for entry in experiments), default=0)
     header = (
         "method",
         "published",
         f"{paper.minimised}, {unit}: median (quartiles)",
-        f"best of {paper.runs}",
+        f"best of {min(paper.runs, seeds)}",
         "feasible runs",
         *(("worst ratio", "total once slowed into the limits, s") if apart else ()),
         "evaluations",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ocp_traj.papers.experiments import equal_evaluations
-from ocp_traj.papers.measures import claim_order, median_of, number, order_with_tests, spread_of
+from ocp_traj.papers.measures import claim_order, median_of, number, order_with_tests, spread_of, with_unit
 from ocp_traj.papers.paper import (
     EQUAL_EVALUATIONS,
     PUBLISHED_PROTOCOL,
@@ -74,7 +74,7 @@ class PaperA(Paper):
         ordered, _, tests = order_with_tests(own)
         best = records.raw("IPOPT", "energy", EQUAL_EVALUATIONS)
         medians = ", ".join(
-            f"{label} {number(median_of(records, label, 'energy', PUBLISHED_PROTOCOL))} J"
+            f"{label} {with_unit(median_of(records, label, 'energy', PUBLISHED_PROTOCOL), 'J')}"
             for label in ordered
         )
         feasible = {

@@ -126,8 +126,15 @@ class PaperC(Paper):
 
         task = self.task()
         found = records.computed("inverse kinematics", lambda: {"rows": _time_paths(task)}, task_digest(task))
-        rows: list[dict[str, Any]] = found["rows"]
-        return rows
+        return [
+            {
+                **row,
+                "best_eight": min(row["eight"]),
+                "best_one": min(row["one"]),
+                "saving": 1 - min(row["one"]) / min(row["eight"]),
+            }
+            for row in found["rows"]
+        ]
 
     def tables(self, records: Records) -> list[Table]:
         """Return the timings of inverse kinematics and the evenness of the random numbers."""
@@ -135,8 +142,8 @@ class PaperC(Paper):
             (
                 row["form"],
                 f"{row['points']}",
-                f"{1e3 * quartiles(np.array(row['eight']))[1]:.3f}",
-                f"{1e3 * quartiles(np.array(row['one']))[1]:.3f}",
+                f"{1e3 * row['best_eight']:.3f} ({1e3 * quartiles(np.array(row['eight']))[1]:.3f})",
+                f"{1e3 * row['best_one']:.3f} ({1e3 * quartiles(np.array(row['one']))[1]:.3f})",
                 f"{100 * row['saving']:.1f} %",
             )
             for row in self._timing(records)
@@ -147,7 +154,8 @@ class PaperC(Paper):
                 "Eight branches against one",
                 ("form", "points", "eight branches and filter, ms", "one domain, ms", "saved"),
                 (("paper, MATLAB", "lost", "2.6149", "1.5752", f"{100 * SAVING:.2f} %"), *timing),
-                "Medians of ten repetitions each. Wall times of one machine.",
+                "Least (median) of ten repetitions each; the least is disturbed least by what else the machine "
+                "does, and the share saved is taken from it. The paper prints means of ten.",
             ),
             Table(
                 "Tent chaos against pseudo-random numbers",
@@ -222,10 +230,7 @@ class PaperC(Paper):
         rows = self._timing(records)
         plain = [row for row in rows if row["form"] == "python"]
         shares = ", ".join(f"{row['points']} points {100 * row['saving']:.1f} %" for row in plain)
-        saved = [
-            (row["points"], quartiles(np.array(row["eight"]))[1] - quartiles(np.array(row["one"]))[1])
-            for row in plain
-        ]
+        saved = [(row["points"], row["best_eight"] - row["best_one"]) for row in plain]
         absolute = ", ".join(f"{points} points {1e3 * value:.2f} ms" for points, value in saved)
         linear = saved[-1][1] / saved[0][1] / (saved[-1][0] / saved[0][0])
         return [
@@ -404,7 +409,6 @@ def _time_paths(task: Any) -> list[dict[str, Any]]:
                     "points": points,
                     "eight": timing.eight_branches.tolist(),
                     "one": timing.one_domain.tolist(),
-                    "saving": timing.saving,
                 }
             )
     return rows

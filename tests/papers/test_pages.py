@@ -1,0 +1,123 @@
+"""A page says what was run, by which command, and holds every claim and figure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ocp_traj.papers import PAPERS, get_paper
+from ocp_traj.papers.figures import lines_figure
+from ocp_traj.papers.page import claims_table, markdown_table, write_page, write_summary
+from ocp_traj.papers.paper import (
+    EQUAL_EVALUATIONS,
+    PUBLISHED_PROTOCOL,
+    Claim,
+    Experiment,
+    Figure,
+    Paper,
+    Table,
+)
+from ocp_traj.papers.records import Records, run_missing
+from ocp_traj.papers.reproduce import command_line
+
+
+class SmallPaper(Paper):
+    """Two methods on a case of one gap."""
+
+    key = "D"
+    title = "A small paper"
+    reference = "nowhere"
+    summary = "It moves."
+    case = "fang-2020-task-1"
+    stand_ins = ("Everything is a stand-in.",)
+
+    def experiments(self, reduced: bool) -> list[Experiment]:
+        return [
+            Experiment(PUBLISHED_PROTOCOL, "random search", "random", 30, published="1 s"),
+            Experiment(EQUAL_EVALUATIONS, "DE", "de", 60),
+            Experiment(EQUAL_EVALUATIONS, "random search", "random", 60),
+        ]
+
+    def story(self, records: Records) -> list[str]:
+        return [f"{len(records.runs('DE', EQUAL_EVALUATIONS))} runs of DE."]
+
+    def claims(self, records: Records) -> list[Claim]:
+        return [
+            Claim("shorter | better", "Table 1", "no", "does not hold: longer"),
+            Claim("a", "", "b", "holds"),
+        ]
+
+    def tables(self, records: Records) -> list[Table]:
+        return [Table("More", ("a",), (("1",),), "Note.")]
+
+    def figures(self, records: Records, folder: Path) -> list[Figure]:
+        x = np.arange(3)
+        name = lines_figure(folder / "lines.png", x, {"y": x}, "x", "y", "t")
+        return [Figure("1", "Lines.", name), Figure("2", "a photograph", impossible="not a result")]
+
+
+@pytest.fixture
+def records(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Records:
+    found = {"kinematic_bound": {"lower": 1.0, "estimate": None}, "toppra": {"uniform": 2.0}, "convex": {}}
+    monkeypatch.setattr("ocp_traj.papers.page.reference_numbers", lambda paper, records: found)
+    records = Records(tmp_path / "runs.jsonl")
+    run_missing(SmallPaper(), records, 2, True, 1, lambda done, total: None)
+    return records
+
+
+def test_a_page_shows_methods_references_figures_and_claims(records: Records, tmp_path: Path) -> None:
+    page = write_page(SmallPaper(), records, tmp_path, "ocp-traj papers D --seeds 2", False)
+    text = page.read_text(encoding="utf-8")
+    assert page.name == "paper-d.md"
+    assert "computed by `ocp-traj papers D --seeds 2`" in text
+    assert "Reduced budgets" not in text
+    assert "| random search (`random`) | 1 s |" in text
+    assert "Ranking: 2 seeds" in text
+    assert "best found | — |" in text and "TOPP-RA, uniform path parameter | 2.0000 |" in text
+    assert (tmp_path / "lines.png").exists() and "![Fig. 1](lines.png)" in text
+    assert "Fig. 2, a photograph: not regenerated, not a result." in text
+    assert "shorter \\| better" in text and "**does not hold: longer**" in text
+    assert "Everything is a stand-in." in text
+
+
+def test_a_reduced_page_warns(records: Records, tmp_path: Path) -> None:
+    page = write_page(SmallPaper(), records, tmp_path, "x", True)
+    assert "the numbers mean nothing" in page.read_text(encoding="utf-8")
+
+
+def test_the_summary_counts_verdicts_and_links_every_page(records: Records, tmp_path: Path) -> None:
+    text = write_summary([(SmallPaper(), records)], tmp_path, "x", False).read_text(encoding="utf-8")
+    assert "Of 2 claims and remarks: 1 × does not hold, 1 × holds." in text
+    assert "paper-d" in text and "2 runs of DE." in text
+
+
+def test_a_table_has_a_row_a_claim() -> None:
+    assert len(claims_table([Claim("a", "b", "c", "d")] * 3)) == 5
+    assert markdown_table(("a", "b"), [("1|", "2")])[2] == "| 1\\| | 2 |"
+
+
+def test_the_command_on_a_page_is_the_one_to_type() -> None:
+    assert command_line(list(PAPERS), 20, False) == "ocp-traj papers --seeds 20"
+    assert command_line(["B"], 3, True) == "ocp-traj papers B --seeds 3 --reduced"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", PAPERS)
+def test_every_paper_runs_from_end_to_end_and_resumes(
+    key: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from ocp_traj.cli.main import run
+
+    arguments = ["papers", key, "--reduced", "--seeds", "2", "--output", str(tmp_path)]
+    assert run(arguments) == 0
+    text = (tmp_path / f"paper-{key.lower()}.md").read_text(encoding="utf-8")
+    kept = (tmp_path / "records" / f"paper-{key.lower()}-reduced.jsonl").read_text(encoding="utf-8")
+    for sentence in get_paper(key).stand_ins:
+        assert sentence in text
+    for picture in [line.split("](")[1].rstrip(")") for line in text.splitlines() if line.startswith("![")]:
+        assert 0 < (tmp_path / picture).stat().st_size < 150_000
+    capsys.readouterr()
+    assert run(arguments) == 0
+    assert (tmp_path / "records" / f"paper-{key.lower()}-reduced.jsonl").read_text(encoding="utf-8") == kept
