@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from ocp_traj.task import TrajectoryTask
     from ocp_traj.trajectory import Trajectory
 
+LARGEST_ROUNDING = 1e-4
+"""Excess over a limit, or miss of a bounded duration, that counts as a gradient solver's rounding."""
+
 LARGEST_REPAIR = 1.02
 """Uniform slowing that still counts as rounding off a solver's sampled limits; more is a different motion."""
 
@@ -191,6 +194,10 @@ def solve(
     chosen = parse_solver(solver) if isinstance(solver, str) else solver
     outcome = chosen.run(task, Request(seed, budget, time_limit, progress, warm_start))
     result = judge(task, name, seed, outcome)
+    if chosen.kind == "gradient" and _is_rounding(result):
+        result = _solve_tighter(
+            chosen, result, Request(seed, budget, time_limit, progress, result.trajectory)
+        )
     return result if warm_start is None else _no_worse(result, warm_start)
 
 
@@ -202,6 +209,7 @@ def judge(task: TrajectoryTask, name: str, seed: int, outcome: Outcome) -> Solve
             task, name, seed, None, None, outcome.solution, outcome.counts, 1.0, outcome.diagnosis
         )
     begin = time.perf_counter()
+    trajectory = _within_duration(task, trajectory)
     verdict = audit(task, trajectory)
     scaled_by = 1.0
     scale = verdict.smallest_feasible_scale
@@ -218,6 +226,48 @@ def judge(task: TrajectoryTask, name: str, seed: int, outcome: Outcome) -> Solve
     return SolveResult(task, name, seed, trajectory, verdict, solution, outcome.counts, scaled_by, diagnosis)
 
 
+def _within_duration(task: TrajectoryTask, trajectory: Trajectory) -> Trajectory:
+    """Return the motion with its total duration inside its bounds where only rounding kept it out."""
+    low, high = np.asarray(task.objective.duration)
+    wanted = float(np.clip(trajectory.duration, low, high))
+    miss = abs(wanted / trajectory.duration - 1.0)
+    return trajectory.scaled(wanted / trajectory.duration) if 0.0 < miss < LARGEST_ROUNDING else trajectory
+
+
+def _is_rounding(result: SolveResult) -> bool:
+    """Return whether a solved motion, which no slowing can mend, is over its limits by rounding only."""
+    verdict = result.audit
+    if verdict is None or verdict.feasible or verdict.worst is None or result.status != "converged":
+        return False
+    return 1.0 < verdict.worst.ratio < 1.0 + LARGEST_ROUNDING
+
+
+def _solve_tighter(solver: Solver, result: SolveResult, request: Request) -> SolveResult:
+    """Solve again, warm, with limits tightened by twice the excess, and judge against the task's own limits."""
+    task = result.task
+    assert result.audit is not None and result.audit.worst is not None
+    factor = 1.0 - 2.0 * (result.audit.worst.ratio - 1.0)
+    names = ("velocity", "acceleration", "jerk", "torque", "torque_rate")
+    tighter: dict[str, Any] = {name: task.limits.get(name) * factor for name in names}
+    limits = replace(task.limits, **tighter)
+    outcome = solver.run(task.changed(limits=limits), request)
+    again = judge(task, result.solver, result.seed, outcome)
+    if not again.feasible:
+        return result
+    first, second = result.solution, again.solution
+    counts = {
+        name: again.counts.get(name, 0) + result.counts.get(name, 0)
+        for name in {**again.counts, **result.counts}
+    }
+    solution = replace(
+        second,
+        evaluations=first.evaluations + second.evaluations,
+        build_time=first.build_time + second.build_time,
+        solve_time=first.solve_time + second.solve_time,
+    )
+    return replace(again, solution=solution, counts=counts)
+
+
 def _no_worse(result: SolveResult, start: Trajectory) -> SolveResult:
     """Return the motion the solver was started from where it is feasible and the solver found nothing better."""
     task = result.task
@@ -226,7 +276,9 @@ def _no_worse(result: SolveResult, start: Trajectory) -> SolveResult:
         return result
     verdict = audit(task, start)
     value = objective_value(task, start)
-    if not verdict.feasible or (result.feasible and result.objective is not None and result.objective <= value):
+    if not verdict.feasible or (
+        result.feasible and result.objective is not None and result.objective <= value
+    ):
         return result
     message = f"{result.solution.message} Nothing better than the motion started from was found; that one is returned."
     solution = replace(result.solution, message=message)

@@ -23,7 +23,7 @@ TOLERANCE = 1e-7
 HIDDEN = 0.05
 """Local maxima of the samples below the limit by more than this hide no broken peak."""
 
-CLOSE = 1e-4
+CLOSE = 1e-5
 """Points nearer than this to one that is there, in segments, add nothing."""
 
 
