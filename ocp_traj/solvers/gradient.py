@@ -57,8 +57,6 @@ class Answer:
     cost : float
     violation : (m,)
     row_multipliers, bound_multipliers : (m,), (d,)
-    clean : bool
-        No limit was found broken between the samples.
     """
 
     nlp: Nlp
@@ -70,7 +68,6 @@ class Answer:
     violation: Array
     row_multipliers: Array
     bound_multipliers: Array
-    clean: bool = False
 
     @property
     def solved(self) -> bool:
@@ -242,7 +239,7 @@ class Gradient(Solver):
             broken = broken_points(task, answer.trajectory, moving, compiled=self.compiled)
             fresh = broken if layout is None else new_points(extra, broken)
             if not fresh or samples > MOST_SAMPLES:
-                return replace(answer, clean=not broken)
+                return answer
             if layout is None:  # no points can be added to the condensed form, so take more samples everywhere
                 samples = 2 * max(samples, CONDENSED_SAMPLES)
             extra, start = extra.joined(fresh), answer.trajectory
