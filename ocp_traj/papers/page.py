@@ -137,6 +137,7 @@ def _group(paper: Paper, records: Records, group: str, experiments: list[Experim
         "evaluations",
         "generations to 0.1 %",
         "wall time, s",
+        "processor time, s",
     )
     yield from markdown_table(header, [_row(paper, records, entry, apart) for entry in experiments])
     yield ""
@@ -154,7 +155,7 @@ def _values(paper: Paper, records: Records, entry: Experiment, apart: bool) -> A
 def _row(paper: Paper, records: Records, entry: Experiment, apart: bool) -> list[str]:
     runs = records.runs(entry.label, entry.group)
     if not runs:
-        return [entry.label, entry.published or "—", *["not run"] * (8 if apart else 6)]
+        return [entry.label, entry.published or "—", *["not run"] * (9 if apart else 7)]
     values = _values(paper, records, entry, apart)
     middle = number(float(values[0])) if entry.once else spread_of(values)
     cells = [
@@ -177,7 +178,10 @@ def _row(paper: Paper, records: Records, entry: Experiment, apart: bool) -> list
     cells += [
         str(evaluations[0]) if len(evaluations) == 1 else f"{evaluations[0]} to {evaluations[-1]}",
         "—" if entry.once else spread_of(generations, 0),
-        number(quartiles(records.raw(entry.label, "seconds", entry.group))[1], 2),
+        *(
+            number(quartiles(records.raw(entry.label, field, entry.group))[1], 2)
+            for field in ("seconds", "processor")
+        ),
     ]
     return cells
 

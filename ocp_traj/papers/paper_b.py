@@ -47,7 +47,7 @@ ACCURACY = ((2, SSA, 0.13), (2, PSO, 0.33), (3, PSO, 0.06), (4, SSA, 0.188), (4,
 SPEED = ((4, SSA, 0.25), (4, PSO, 0.167), (5, SSA, 0.52), (5, PSO, 0.80), (6, SSA, 0.444), (6, PSO, 0.56))
 """Table 5: joint, compared with, gain of ISSA in generations to convergence."""
 
-GENERATIONS = 1000
+POPULATION, GENERATIONS = 30, 1000
 MOVING_JOINTS = (2, 3, 4, 5, 6)
 CURVES = ((0, "free"), (3, "zero"), (7, "free"))
 
@@ -105,7 +105,7 @@ class PaperB(Paper):
                 )
                 for label, solver in OWN
             ),
-            *equal_evaluations(methods, 10_000, reduced),
+            *equal_evaluations(methods, POPULATION * GENERATIONS, reduced),
             *better_curves(CURVES[: 1 if reduced else None]),
         ]
 

@@ -31,7 +31,7 @@ OWN = (
 )
 BEST_OF_TEN = {SSA: 10.83, T_SSA: 12.07, ADF_SSA: 9.85, TADF_SSA: 8.99}
 FINAL, INITIAL, SAVING = 8.6618, 50.0, 0.3976
-GENERATIONS = 80
+POPULATION, GENERATIONS = 100, 80
 NUMBERS, BINS = 1000, 10
 PATH_POINTS = (9, 90, 900)
 
@@ -91,7 +91,7 @@ class PaperC(Paper):
                 )
                 for label, solver in OWN
             ),
-            *equal_evaluations(methods, 100 * GENERATIONS, reduced),
+            *equal_evaluations(methods, POPULATION * GENERATIONS, reduced),
             *(() if reduced else better_curves(((1, "free"), (3, "free")))),
         ]
 

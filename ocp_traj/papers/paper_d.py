@@ -42,7 +42,7 @@ PUBLISHED = [0.311, 0.660, 1.676]
 """Section 4, seconds."""
 
 UNOPTIMISED = [2.0, 2.0, 2.0]
-GENERATIONS = 200
+POPULATION, GENERATIONS = 50, 200
 PRINTED_POINT, MENDED_POINT = "63.179", "-63.179"
 CURVES = ((0, "free"), (3, "zero"), (7, "free"))
 
@@ -98,7 +98,7 @@ class PaperD(Paper):
                 )
                 for label, solver in OWN
             ),
-            *equal_evaluations(methods, 50 * GENERATIONS, reduced),
+            *equal_evaluations(methods, POPULATION * GENERATIONS, reduced),
             *better_curves(CURVES[: 1 if reduced else None]),
         ]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -113,9 +114,11 @@ def experiment_key(paper: Paper, experiment: Experiment, seed: int) -> str:
 
 
 def run_one(paper: Paper, experiment: Experiment, seed: int) -> dict[str, Any]:
-    """Run one experiment with one seed and return its row."""
+    """Run one experiment with one seed and return its row: `seconds` by the wall clock, `processor` with the judging."""
     task = paper.task(experiment.overrides)
+    began = time.process_time()
     result, parts = _solve(task, experiment, seed)
+    spent = time.process_time() - began
     audit = result.audit
     return {
         "solver": experiment.solver,
@@ -132,6 +135,7 @@ def run_one(paper: Paper, experiment: Experiment, seed: int) -> dict[str, Any]:
         "scaled_by": result.scaled_by,
         "evaluations": result.solution.evaluations,
         "seconds": result.solution.build_time + result.solution.solve_time,
+        "processor": spent,
         "generations": result.solution.history.generations_to_within(1e-3),
         "history": _course(result.solution.history),
         "parts": [
