@@ -114,7 +114,7 @@ def experiment_key(paper: Paper, experiment: Experiment, seed: int) -> str:
 
 
 def run_one(paper: Paper, experiment: Experiment, seed: int) -> dict[str, Any]:
-    """Run one experiment with one seed and return its row: `seconds` by the wall clock, `processor` with the judging."""
+    """Run one experiment with one seed; `seconds` are of the wall clock, `processor` includes judging."""
     task = paper.task(experiment.overrides)
     began = time.process_time()
     result, parts = _solve(task, experiment, seed)
