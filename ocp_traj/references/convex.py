@@ -36,6 +36,9 @@ FALLBACK_GRID = 1000
 ACTIVE_MULTIPLIER = 1e-6
 """A limit counts as active where loosening it by all of itself would gain this share of the duration."""
 
+NEAR_REST = 20.0
+"""Slope of the typical profile of x near a rest, where the path has length 1 and the motion lasts about 1."""
+
 
 def convex_reference(
     task: TrajectoryTask,
@@ -97,7 +100,7 @@ def _solve_on_grid(
     built = time.perf_counter()
     answer, kept = solve_timing(task, grid, rows, end_x, unit, thermal_weight)
     timings: dict[str, Any] = {"build_time": built - began, "solve_time": time.perf_counter() - built}
-    if answer.x is None:
+    if answer.y is None:
         reason = f"the convex problem has no solution on this path (Clarabel: {answer.status})"
         return ReferenceResult("convex", path.name, None, reason, **timings)
     active, multipliers = active_limits(grid, rows, kept, answer, unit)
@@ -106,7 +109,7 @@ def _solve_on_grid(
         path,
         grid,
         rows,
-        answer.x / unit**2,
+        answer.y * kept.profile / unit**2,
         points=points,
         active=active,
         multipliers=multipliers,
@@ -119,30 +122,46 @@ def solve_timing(
     task: TrajectoryTask, grid: PathGrid, rows: PathRows, end_x: Array, unit: float, thermal_weight: float
 ) -> tuple[TimingAnswer, KeptRows]:
     """Solve in units of `unit` seconds; viscous friction by its tangent at the last profile, iterated."""
+    profile = typical_profile(grid, end_x)
     guess: Array | None = None
     last = np.inf
     for _ in range(FRICTION_ROUNDS):
-        kept = keep_rows(grid, rows, scale_rows(rows, unit, guess))
+        kept = keep_rows(grid, rows, scale_rows(rows, unit, guess), profile)
         if kept.empty_cell >= 0:
             return TimingAnswer(failure_at(grid, rows, kept.empty_cell)), kept
         numbers = timing_numbers(grid, kept, end_x * unit**2)
         if thermal_weight > 0:
-            numbers = _with_torques(numbers, rows, unit, guess, thermal_weight)
+            numbers = _with_torques(numbers, grid, rows, unit, guess, thermal_weight, profile)
         answer = solve_numbers(numbers)
-        if answer.x is None or not rows.by_speed.any():
+        if answer.y is None or not rows.by_speed.any():
             break
         if abs(answer.objective - last) <= 1e-7 * abs(answer.objective):
             break
-        guess, last = answer.x, answer.objective
+        guess, last = answer.y * profile, answer.objective
     return answer, kept
+
+
+def typical_profile(grid: PathGrid, end_x: Array) -> Array:
+    """Return a profile (N + 1,) of order one that falls linearly to rests, as x does there; above 0 everywhere."""
+    resting = grid.stops.copy()
+    resting[[0, -1]] = end_x <= 0
+    if not resting.any():
+        return np.ones(len(grid.s))
+    distance = np.abs(grid.s[:, None] - grid.s[resting][None, :]).min(axis=1)
+    profile = np.minimum(1.0, NEAR_REST * distance)
+    width = np.diff(grid.s)
+    beside = np.minimum(np.append(width, np.inf), np.append(np.inf, width))
+    return np.asarray(np.where(resting, np.minimum(1.0, NEAR_REST * beside), profile))
 
 
 @dataclass(frozen=True)
 class KeptRows:
-    """Rows by_start x_i + by_end x_(i+1) <= bound that touch the set of possible (x_i, x_(i+1)).
+    """Rows by_start y_i + by_end y_(i+1) <= bound that touch the set of possible (y_i, y_(i+1)).
 
     Attributes
     ----------
+    profile : (N + 1,) array
+        x = y profile, in the unit of time of the rows.
     by_start, by_end, bound : (N, r) arrays
         Each row divided by `size` (N, r); rows of zeros fill the table.
     sources : (N, r) int array
@@ -151,6 +170,7 @@ class KeptRows:
         First cell without any possible (x_i, x_(i+1)), or -1.
     """
 
+    profile: Array
     by_start: Array
     by_end: Array
     bound: Array
@@ -159,16 +179,17 @@ class KeptRows:
     empty_cell: int
 
 
-def keep_rows(grid: PathGrid, rows: PathRows, scaled: ScaledRows) -> KeptRows:
-    """Return the rows that matter, with u = (x_(i+1) - x_i) / w_i eliminated, in a table of even width.
+def keep_rows(grid: PathGrid, rows: PathRows, scaled: ScaledRows, profile: Array) -> KeptRows:
+    """Return the rows that matter, with u = (x_(i+1) - x_i) / 2 ds_i eliminated, in a table of even width.
 
-    Of the dozens of rows of a cell few touch the polygon they leave in the plane of (x_i, x_(i+1)); the others are
+    Of the dozens of rows of a cell few touch the polygon they leave in the plane of (y_i, y_(i+1)); the others are
     redundant whatever the objective.
     """
     by_u = scaled.by_u / (2.0 * np.diff(grid.s))[:, None]
     normals = np.stack([scaled.by_start - by_u, scaled.by_end + by_u], axis=2)
     speeds, bounds = _speed_rows(scaled.largest_x)
     normals = np.concatenate([normals, speeds], axis=1)
+    normals *= np.stack([profile[:-1], profile[1:]], axis=1)[:, None, :]
     offsets = np.concatenate([scaled.bound, bounds], axis=1)
     size = np.linalg.norm(normals, axis=2)
     size = np.where(size > 0, size, 1.0)
@@ -182,6 +203,7 @@ def keep_rows(grid: PathGrid, rows: PathRows, scaled: ScaledRows) -> KeptRows:
     count = scaled.bound.shape[1]
     sources = np.where(order >= count, count - order - 2, order)
     return KeptRows(
+        profile,
         normals[:, :, 0],
         normals[:, :, 1],
         offsets,
@@ -205,40 +227,39 @@ def _speed_rows(largest_x: Array) -> tuple[Array, Array]:
 
 def timing_numbers(grid: PathGrid, kept: KeptRows, end_x: Array) -> TimingNumbers:
     """Return the problem's numbers without a thermal term."""
-    root_weights = np.sqrt(2.0 * np.diff(grid.s) * len(grid.gaps))
-    return TimingNumbers(root_weights, kept.by_start, kept.by_end, kept.bound, end_x)
+    root = np.sqrt(kept.profile)
+    pace = root[:-1] + root[1:]
+    end_y = end_x / kept.profile[[0, -1]]
+    times = 2.0 * np.diff(grid.s) / pace
+    return TimingNumbers(times, root[:-1] / pace, kept.by_start, kept.by_end, kept.bound, end_y)
 
 
 def _with_torques(
     numbers: TimingNumbers,
+    grid: PathGrid,
     rows: PathRows,
     unit: float,
     guess: Array | None,
     thermal_weight: float,
+    profile: Array,
 ) -> TimingNumbers:
     """Add the torques at the cells' middles (mean of both ends), over their limits, to the objective."""
-    count = len(numbers.root_weights)
     chosen = [index for index, (name, _) in enumerate(rows.labels) if name == "torque"]
     limit = np.maximum(np.abs(rows.lower), np.abs(rows.upper))[:, :, chosen]
     limited = np.isfinite(limit) & (limit > 0)
-    scale = np.sqrt(thermal_weight) * numbers.root_weights[:, None, None]
-    share = np.where(limited, scale / np.where(limited, limit, 1.0), 0.0)
+    share = np.where(limited, np.sqrt(thermal_weight) / np.where(limited, limit, 1.0), 0.0)
     by_x, constant = rows.by_x[:, :, chosen] / unit**2, rows.constant[:, :, chosen]
     friction = rows.by_speed[:, :, chosen] / unit
     if guess is not None and friction.any():
         ends = np.sqrt(np.maximum(np.stack([guess[:-1], guess[1:]], axis=1)[:, :, None], 1e-6))
         by_x, constant = by_x + 0.5 * friction / ends, constant + 0.5 * friction * ends
-    by_u = (
-        0.5
-        * (share * rows.by_u[:, :, chosen]).sum(axis=1)
-        / unit**2
-        * (count / numbers.root_weights**2)[:, None]
-    )
+    width = np.diff(grid.s)[:, None]
+    by_u = 0.25 * (share * rows.by_u[:, :, chosen]).sum(axis=1) / unit**2 / width
     by_x, constant = 0.5 * share * by_x, 0.5 * share * constant
     return replace(
         numbers,
-        torque_start=by_x[:, 0] - by_u,
-        torque_end=by_x[:, 1] + by_u,
+        torque_start=(by_x[:, 0] - by_u) * profile[:-1, None],
+        torque_end=(by_x[:, 1] + by_u) * profile[1:, None],
         torque_constant=constant.sum(axis=1),
     )
 

@@ -2,12 +2,14 @@
 
 Verscheure et al. (2009), Eqs. 22 to 31: with x = sdot^2 at the grid points and constant sddot in every cell,
 
-    minimise    sum_i (d_i + e_i) / N
-    subject to  c_i^2 <= x_i,   w_i <= d_i (c_i + c_(i+1)),   w_i |k tau_i|^2 <= e_i (c_i + c_(i+1)),
-                rows in (x_i, x_(i+1)),  x given at both ends,
+    minimise    sum_i D_i (d_i + e_i)
+    subject to  c_i^2 <= y_i,   1 <= d_i p_i,   |k tau_i|^2 <= e_i p_i,   p_i = f_i c_i + (1 - f_i) c_(i+1),
+                rows in (y_i, y_(i+1)),  y given at both ends,
 
-where w_i = 2 N (s_(i+1) - s_i), so that d_i / N is the time spent in cell i, and k = sqrt(thermal weight) / tau_max.
-All numbers enter linearly (disciplined parametrised programming).
+where y_i = x_i / X_i, with a typical profile X that is small near rests (without it Clarabel stalls there),
+D_i = 2 (s_(i+1) - s_i) / (sqrt X_i + sqrt X_(i+1)), f_i = sqrt X_i / (sqrt X_i + sqrt X_(i+1)), so that D_i d_i is the
+time spent in cell i; k = sqrt(thermal weight) / tau_max. All numbers enter linearly (disciplined parametrised
+programming).
 """
 
 from __future__ import annotations
@@ -21,9 +23,7 @@ from typing import Any
 import numpy as np
 
 from ocp_traj.arrays import Array
-
-LARGEST_PARAMETRISED = 1200
-"""Cells up to which the problem is compiled with parameters: cvxpy's cost of that grows with the cells' square."""
+from ocp_traj.references.clarabel_solver import timing_solver
 
 
 @dataclass(frozen=True)
@@ -32,20 +32,23 @@ class TimingNumbers:
 
     Attributes
     ----------
-    root_weights : (N,) array
-        sqrt(w_i).
+    times : (N,) array
+        D_i.
+    start_share : (N,) array
+        f_i.
     by_start, by_end, bound : (N, r) arrays
-        Rows by_start x_i + by_end x_(i+1) <= bound.
-    end_x : (2,) array
+        Rows by_start y_i + by_end y_(i+1) <= bound.
+    end_y : (2,) array
     torque_start, torque_end, torque_constant : (N, n) arrays or None
-        sqrt(w_i) k tau at the middle of the cells is torque_start x_i + torque_end x_(i+1) + torque_constant.
+        k tau at the middle of the cells is torque_start y_i + torque_end y_(i+1) + torque_constant.
     """
 
-    root_weights: Array
+    times: Array
+    start_share: Array
     by_start: Array
     by_end: Array
     bound: Array
-    end_x: Array
+    end_y: Array
     torque_start: Array | None = None
     torque_end: Array | None = None
     torque_constant: Array | None = None
@@ -57,107 +60,88 @@ class TimingNumbers:
 
 @dataclass(frozen=True)
 class TimingAnswer:
-    """The solver's answer: status, x (N + 1,), objective and the rows' multipliers (N, r)."""
+    """The solver's answer: status, y (N + 1,), objective and the rows' multipliers (N, r)."""
 
     status: str
-    x: Array | None = None
+    y: Array | None = None
     objective: float = np.inf
     multipliers: Array | None = None
 
 
 class TimingProblem:
-    """The problem as cvxpy sees it, over parameters (to be compiled once) or over constants.
+    """The problem as cvxpy sees it, over parameters: to be compiled once.
 
     Tables enter as lists of columns: that compiles ten times faster than the same rows as one matrix expression.
     """
 
-    def __init__(self, numbers: dict[str, Any]) -> None:
-        cp: Any = import_module("cvxpy")  # its own annotations are incomplete
-
-        bounds = numbers["bound"]
-        cells = numbers["root_weights"].size
-        self._x = x = cp.Variable(cells + 1)
-        c, d = cp.Variable(cells + 1), cp.Variable(cells)
-        pace = c[:-1] + c[1:]
-        start, end = numbers["by_start"], numbers["by_end"]
-        self._rows = [
-            cp.multiply(start[k], x[:-1]) + cp.multiply(end[k], x[1:]) <= bounds[k]
-            for k in range(len(bounds))
-        ]
-        constraints = [
-            x[[0, cells]] == numbers["end_x"],
-            *self._rows,
-            cp.SOC(x + 1, cp.vstack([2 * c, x - 1])),
-            cp.SOC(d + pace, cp.vstack([2 * numbers["root_weights"], d - pace])),
-        ]
-        objective = cp.sum(d) / cells
-        if "torque_constant" in numbers:
-            e = cp.Variable(cells)
-            start, end, constant = (numbers[f"torque_{part}"] for part in ("start", "end", "constant"))
-            torque = [
-                2 * (cp.multiply(start[k], x[:-1]) + cp.multiply(end[k], x[1:]) + constant[k])
-                for k in range(len(constant))
-            ]
-            constraints.append(cp.SOC(e + pace, cp.vstack([*torque, e - pace])))
-            objective = objective + cp.sum(e) / cells
-        self._problem = cp.Problem(cp.Minimize(objective), constraints)
-
-    def solve(self, end_x: Array) -> TimingAnswer:
-        """Solve with Clarabel at its own settings; status as cvxpy names it."""
-        cp: Any = import_module("cvxpy")  # its own annotations are incomplete
-
-        try:
-            with warnings.catch_warnings():  # the status says it when the answer is inaccurate
-                warnings.filterwarnings("ignore", message="Solution may be inaccurate")
-                self._problem.solve(solver=cp.CLARABEL, canon_backend="COO")
-        except cp.error.SolverError as error:
-            return TimingAnswer(f"solver failed: {error}")
-        status = str(self._problem.status)
-        if self._x.value is None or status not in ("optimal", "optimal_inaccurate"):
-            return TimingAnswer(status)
-        x = np.maximum(np.asarray(self._x.value, dtype=np.float64), 0.0)
-        x[[0, -1]] = end_x
-        multipliers = np.stack([row.dual_value for row in self._rows], axis=1)
-        return TimingAnswer(status, x, float(self._problem.value), multipliers)
-
-
-class _ParametrisedProblem:
-    """A compiled problem and its parameters."""
-
     def __init__(self, shapes: tuple[tuple[str, tuple[int, ...]], ...]) -> None:
         cp: Any = import_module("cvxpy")  # its own annotations are incomplete
 
-        self.parameters = {
+        self._parameters: dict[str, Any] = {
             name: [cp.Parameter(shape[0]) for _ in range(shape[1])]
             if len(shape) == 2
             else cp.Parameter(shape)
             for name, shape in shapes
         }
-        self.problem = TimingProblem(self.parameters)
+        numbers = self._parameters
+        cells = numbers["times"].size
+        self._y = y = cp.Variable(cells + 1)
+        c, d = cp.Variable(cells + 1), cp.Variable(cells)
+        pace = c[1:] + cp.multiply(numbers["start_share"], c[:-1] - c[1:])
+        start, end, bounds = (numbers[name] for name in ("by_start", "by_end", "bound"))
+        self._rows = [
+            cp.multiply(start[k], y[:-1]) + cp.multiply(end[k], y[1:]) <= bounds[k]
+            for k in range(len(bounds))
+        ]
+        constraints = [
+            y[[0, cells]] == numbers["end_y"],
+            *self._rows,
+            cp.SOC(y + 1, cp.vstack([2 * c, y - 1])),
+            cp.SOC(d + pace, cp.vstack([np.full(cells, 2.0), d - pace])),
+        ]
+        spent = d
+        if "torque_constant" in numbers:
+            e = cp.Variable(cells)
+            start, end, constant = (numbers[f"torque_{part}"] for part in ("start", "end", "constant"))
+            torque = [
+                2 * (cp.multiply(start[k], y[:-1]) + cp.multiply(end[k], y[1:]) + constant[k])
+                for k in range(len(constant))
+            ]
+            constraints.append(cp.SOC(e + pace, cp.vstack([*torque, e - pace])))
+            spent = d + e
+        self._problem = cp.Problem(cp.Minimize(numbers["times"] @ spent), constraints)
 
     def solve(self, given: dict[str, Array]) -> TimingAnswer:
-        """Put in numbers and solve."""
+        """Put in numbers and solve with Clarabel at its own settings; status as cvxpy names it."""
+        cp: Any = import_module("cvxpy")  # its own annotations are incomplete
+
         for name, value in given.items():
-            parameter = self.parameters[name]
-            if isinstance(parameter, list):
-                for column, entry in zip(value.T, parameter):
-                    entry.value = column
-            else:
-                parameter.value = value
-        return self.problem.solve(given["end_x"])
+            parameter = self._parameters[name]
+            for entry, column in (
+                zip(parameter, value.T) if isinstance(parameter, list) else [(parameter, value)]
+            ):
+                entry.value = column
+        try:
+            with warnings.catch_warnings():  # the status says it when the answer is inaccurate
+                warnings.filterwarnings("ignore", message="Solution may be inaccurate")
+                self._problem.solve(solver=timing_solver(), canon_backend="COO")
+        except cp.error.SolverError as error:
+            return TimingAnswer(f"solver failed: {error}")
+        status = str(self._problem.status)
+        if self._y.value is None or status not in ("optimal", "optimal_inaccurate"):
+            return TimingAnswer(status)
+        y = np.maximum(np.asarray(self._y.value, dtype=np.float64), 0.0)
+        y[[0, -1]] = given["end_y"]
+        multipliers = np.stack([row.dual_value for row in self._rows], axis=1)
+        return TimingAnswer(status, y, float(self._problem.value), multipliers)
 
 
 @lru_cache(maxsize=8)
-def _compiled(shapes: tuple[tuple[str, tuple[int, ...]], ...]) -> _ParametrisedProblem:
-    return _ParametrisedProblem(shapes)
+def _compiled(shapes: tuple[tuple[str, tuple[int, ...]], ...]) -> TimingProblem:
+    return TimingProblem(shapes)
 
 
 def solve_numbers(numbers: TimingNumbers) -> TimingAnswer:
     """Solve the problem with these numbers; of equal sizes only the first is compiled."""
     given = numbers.given()
-    if len(numbers.root_weights) > LARGEST_PARAMETRISED:
-        columns: dict[str, Any] = {
-            name: list(value.T) if value.ndim == 2 else value for name, value in given.items()
-        }
-        return TimingProblem(columns).solve(numbers.end_x)
     return _compiled(tuple((name, value.shape) for name, value in given.items())).solve(given)

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 import numpy as np
+import numpy.typing as npt
 
 from ocp_traj.arrays import Array
+
+BoolArray: TypeAlias = npt.NDArray[np.bool_]
 
 BOX = 1e4
 """Bound on the coordinates that makes every polygon bounded; coordinates of interest are of order one."""
 
+_BLOCK = 16
+"""Polygons handled at a time: their tables of pairs of rows then fit into the cache."""
 
-def touching(normals: Array, offsets: Array, slack: float = 1e-9) -> tuple[Array, Array]:
+
+def touching(normals: Array, offsets: Array, slack: float = 1e-9) -> tuple[BoolArray, BoolArray]:
     """Return which rows of {z >= 0: normals z <= offsets} touch their polygon.
 
     Parameters
@@ -36,9 +44,45 @@ def touching(normals: Array, offsets: Array, slack: float = 1e-9) -> tuple[Array
     nothing = size <= 1e-14
     rows = rows / np.where(nothing, 1.0, size)[:, :, None]
     bounds = np.where(nothing, np.where(bounds < 0, -1.0, 1.0), bounds / np.where(nothing, 1.0, size))
-    start, end = _clip_lines(rows, bounds)
-    edges = (end >= start - slack) & ~nothing
-    return edges[:, :-4], ~edges.any(axis=1) | (nothing & (bounds < 0)).any(axis=1)
+    near = _may_touch(rows, bounds, slack)
+    edges = np.zeros(bounds.shape, dtype=bool)
+    for first in range(0, count, _BLOCK):
+        block = slice(first, first + _BLOCK)
+        columns = np.flatnonzero(near[block].any(axis=0))
+        start, end = _clip_lines(rows[block][:, columns], bounds[block][:, columns])
+        edges[block, columns] = end >= start - slack
+    edges &= ~nothing
+    empty: BoolArray = ~edges.any(axis=1) | (nothing & (bounds < 0)).any(axis=1)
+    return edges[:, :-4], empty
+
+
+def _may_touch(rows: Array, bounds: Array, slack: float) -> BoolArray:
+    """Return which rows touch a box around the polygon in m = (z0 + z1) / 2 and d = z1 - z0, or define it, (N, r).
+
+    The box follows from few rows; those are kept, so what does not touch it is redundant. It is thin where z0 and z1
+    can hardly differ, as the squared speeds at both ends of a cell.
+    """
+    across, up = rows[:, :, 0], rows[:, :, 1]
+    by_mean, by_difference = across + up, 0.5 * (up - across)
+    places = np.arange(len(rows))
+    near = np.zeros(bounds.shape, dtype=bool)
+
+    def least(useful: BoolArray, factor: Array, room: Array) -> Array:
+        value = np.where(useful, room / np.where(useful, factor, 1.0), np.inf)
+        row = value.argmin(axis=1)
+        near[places, row] = True
+        return np.asarray(value[places, row])
+
+    # with both factors at least 0 a row bounds either coordinate alone, as z >= 0
+    first = least((across > 1e-12) & (up >= 0), across, bounds)
+    mean = 0.5 * (first + least((up > 1e-12) & (across >= 0), up, bounds))
+    room = bounds - np.minimum(by_mean * mean[:, None], 0.0)
+    rise = least(by_difference > 1e-12, by_difference, room)
+    fall = least(by_difference < -1e-12, -by_difference, room)
+    farthest = np.maximum(by_mean * mean[:, None], 0.0)
+    farthest = farthest + np.maximum(by_difference * rise[:, None], -by_difference * fall[:, None])
+    near |= farthest >= bounds - 1e-6 - slack
+    return near
 
 
 def _clip_lines(rows: Array, bounds: Array) -> tuple[Array, Array]:
@@ -46,12 +90,14 @@ def _clip_lines(rows: Array, bounds: Array) -> tuple[Array, Array]:
 
     Row i's line is bounds_i rows_i + t along_i; row j cuts it at t with t (rows_j . along_i) = room_ij.
     """
-    along = np.stack([-rows[:, :, 1], rows[:, :, 0]], axis=2)
-    slope = np.einsum("nix,njx->nij", along, rows)
-    room = bounds[:, None, :] - np.einsum("nix,njx->nij", rows, rows) * bounds[:, :, None]
-    parallel = np.abs(slope) <= 1e-12
+    across, up = rows[:, :, 0], rows[:, :, 1]
+    slope = across[:, :, None] * up[:, None, :] - up[:, :, None] * across[:, None, :]
+    cosine = across[:, :, None] * across[:, None, :] + up[:, :, None] * up[:, None, :]
+    room = bounds[:, None, :] - cosine * bounds[:, :, None]
+    rising, falling = slope > 1e-12, slope < -1e-12
+    parallel = ~(rising | falling)
     cut = room / np.where(parallel, 1.0, slope)
-    end = np.where(~parallel & (slope > 0), cut, np.inf).min(axis=2)
-    start = np.where(~parallel & (slope < 0), cut, -np.inf).max(axis=2)
+    end = np.where(rising, cut, np.inf).min(axis=2)
+    start = np.where(falling, cut, -np.inf).max(axis=2)
     outside = (parallel & (room < -1e-12 * (1.0 + np.abs(bounds[:, None, :])))).any(axis=2)
     return np.where(outside, np.inf, start), np.where(outside, -np.inf, end)
