@@ -1,39 +1,175 @@
-"""Rows that several papers share: reference methods at equal evaluations, and better curves under the same limits."""
+"""What is run for a paper: its own protocol, equal evaluations for every method, and better curves.
+
+An evaluation judges all joints at once. Equal evaluations are as many as the paper's own protocol means to spend,
+population times generations; where a paper optimises every joint alone, it spends that on each of them.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
-from ocp_traj.papers.paper import BETTER_CURVE, EQUAL_EVALUATIONS, Experiment
+PUBLISHED_PROTOCOL = "the paper's own protocol"
+EQUAL_EVALUATIONS = "equal evaluations"
+BETTER_CURVE = "the same limits with a better curve"
+
+PER_JOINT = ('search.protocol="per-joint"',)
+
+Methods = tuple[tuple[str, str], ...]
+"""(label, solver as on the command line)."""
+
+IMPROVED: Methods = (
+    ("ISSA of A", "issa-a@paper"),
+    ("ISSA of B", "issa-b@paper"),
+    ("TADF-SSA", "tadf-ssa@paper-tadf-ssa"),
+    ("PSO of D", "pso-d@paper-d"),
+)
+"""The papers' proposals with their printed settings; each also meets the cases of the other papers."""
+
+ONCE: Methods = (("IPOPT", "ipopt"),)
+"""Solvers without evaluations to share out: they run once, with seed 0."""
 
 
-def equal_evaluations(methods: Sequence[tuple[str, str]], budget: int, reduced: bool) -> list[Experiment]:
-    """Return one experiment a (label, solver), all with the same budget; IPOPT comes last.
+@dataclass(frozen=True)
+class Experiment:
+    """One solver on the paper's case under one protocol, run with several seeds.
 
-    `reduced` keeps every fourth method and a fiftieth of the budget.
+    Parameters
+    ----------
+    group : str
+        The protocol, a heading of the page: ``"paper's protocol"`` or ``"equal evaluations"``.
+    label : str
+        Row of the table.
+    solver : str
+        As on the command line.
+    budget : int or None
+        Evaluations of x; None for gradient solvers.
+    overrides : tuple of str
+        Changes of the case, as ``--set`` takes them.
+    published : str
+        What the paper prints for it; empty where nothing.
+    once : bool
+        One seed is all that is run.
     """
-    kept = methods[:: 4 if reduced else 1]
-    spent = max(200, budget // 50) if reduced else budget
-    gradient = "ipopt[iterations=2,rounds=1]" if reduced else "ipopt"
-    return [
-        *(Experiment(EQUAL_EVALUATIONS, label, solver, spent) for label, solver in kept),
-        Experiment(EQUAL_EVALUATIONS, "IPOPT", gradient, once=True),
-    ]
+
+    group: str
+    label: str
+    solver: str
+    budget: int | None = None
+    overrides: tuple[str, ...] = ()
+    published: str = ""
+    once: bool = False
 
 
-def better_curves(knots: Sequence[tuple[int, str]]) -> list[Experiment]:
-    """Return IPOPT on cubic splines with (virtual knots a gap, ``"zero"`` or ``"free"`` end accelerations)."""
-    return [
-        Experiment(
-            BETTER_CURVE,
-            f"cubic spline, {count} virtual knots a gap, end accelerations {ends}",
-            "ipopt",
-            overrides=(
-                'spline.family="cubic"',
-                f"spline.virtual_knots={count}",
-                f'boundary.acceleration="{ends}"',
-            ),
-            once=True,
-        )
-        for count, ends in knots
-    ]
+@dataclass(frozen=True)
+class Protocol:
+    """What a paper ran, and what is run beside it.
+
+    Parameters
+    ----------
+    methods : tuple of (label, solver)
+        The paper's own.
+    population, generations : int
+        As printed, or a stand-in the paper names.
+    joints : int
+        How many joints are optimised one by one; 0 where they share their durations.
+    published : mapping
+        What the paper prints, by label.
+    further : tuple of (label, solver)
+        Other readings and methods to run at equal evaluations.
+    curves : tuple of (int, str)
+        Virtual knots a gap, and ``"zero"`` or ``"free"`` end accelerations, of cubic splines under the same limits.
+    """
+
+    methods: Methods
+    population: int
+    generations: int
+    joints: int = 0
+    published: Mapping[str, str] = field(default_factory=dict)
+    further: Methods = ()
+    curves: tuple[tuple[int, str], ...] = ()
+
+    @property
+    def labels(self) -> list[str]:
+        """The paper's own methods."""
+        return [label for label, _ in self.methods]
+
+    @property
+    def budget(self) -> int:
+        """Evaluations each method gets where all get the same."""
+        return self.population * self.generations
+
+    def experiments(self, reduced: bool) -> list[Experiment]:
+        """Return every experiment of the page; `reduced` keeps few methods and tiny budgets, for tests."""
+        return [*self._own(reduced), *self._equal(reduced), *self._curves(reduced)]
+
+    def _own(self, reduced: bool) -> list[Experiment]:
+        """Return the paper's methods with its population and generations."""
+        generations = 3 if reduced else self.generations
+        return [
+            Experiment(
+                PUBLISHED_PROTOCOL,
+                label,
+                solver,
+                max(1, self.joints) * generations_budget(solver, generations),
+                PER_JOINT if self.joints else (),
+                self.published.get(label, ""),
+            )
+            for label, solver in self.methods
+        ]
+
+    def _equal(self, reduced: bool) -> list[Experiment]:
+        """Return every method with the same evaluations."""
+        methods = (*self.methods, *self.further, *_baselines(self.population))
+        known = {label for label, _ in methods}
+        methods += tuple(entry for entry in IMPROVED if entry[0] not in known)
+        kept = methods[:: 4 if reduced else 1]
+        spent = max(200, self.budget // 50) if reduced else self.budget
+        once = (("IPOPT", "ipopt[iterations=2,rounds=1]"),) if reduced else ONCE
+        return [
+            *(Experiment(EQUAL_EVALUATIONS, label, solver, spent) for label, solver in kept),
+            *(Experiment(EQUAL_EVALUATIONS, label, solver, once=True) for label, solver in once),
+        ]
+
+    def _curves(self, reduced: bool) -> list[Experiment]:
+        """Return IPOPT on cubic splines with virtual knots."""
+        return [
+            Experiment(
+                BETTER_CURVE,
+                curve_label(knots, ends),
+                "ipopt",
+                overrides=(
+                    'spline.family="cubic"',
+                    f"spline.virtual_knots={knots}",
+                    f'boundary.acceleration="{ends}"',
+                ),
+                once=True,
+            )
+            for knots, ends in self.curves[: 1 if reduced else None]
+        ]
+
+
+def curve_label(knots: int, ends: str) -> str:
+    """Return the row of a cubic spline."""
+    return f"cubic spline, {knots} virtual knot{'s' * (knots != 1)} a gap, end accelerations {ends}"
+
+
+def generations_budget(solver: str, generations: int) -> int:
+    """Return the evaluations a population method spends in its first population and `generations` moves."""
+    from ocp_traj.solvers import parse_solver
+    from ocp_traj.solvers.population import Population
+
+    parsed = parse_solver(solver)
+    assert isinstance(parsed, Population)
+    optimizer = parsed.optimizer()
+    return optimizer.initial_evaluations + generations * optimizer.evaluations_per_generation
+
+
+def _baselines(population: int) -> Methods:
+    return (
+        ("SSA, debiased", f"ssa-debiased[population={population}]"),
+        ("PSO, constriction", "pso-constriction"),
+        ("DE", "de"),
+        ("CMA-ES", "cmaes"),
+        ("random search", "random"),
+    )

@@ -1,23 +1,14 @@
-"""Words and numbers the papers' pages share: medians, rankings with tests, audits, references."""
+"""Words and numbers the papers' pages share: medians, rankings with tests, verdicts on claims."""
 
 from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.comparison.statistics import compare_pairs, friedman
-from ocp_traj.papers.paper import AuditedMotion, Claim, Paper
-from ocp_traj.papers.records import Records
-
-if TYPE_CHECKING:
-    from ocp_traj.task import TrajectoryTask
+from ocp_traj.papers.paper import Claim
 
 SIGNIFICANT = 0.05
-
-JOINT_GAP = 0.02
-"""To what the optimum of one joint alone is proved; the best found is much closer."""
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -48,11 +39,6 @@ def spread_of(values: Array, digits: int = 4) -> str:
     if np.isinf(low):
         return number(low)
     return f"{number(middle, digits)} ({number(low, digits)} to {number(high, digits)})"
-
-
-def median_of(records: Records, label: str, field: str, group: str) -> float:
-    """Return the median over seeds."""
-    return quartiles(records.values(label, field, group))[1]
 
 
 def columns_of(columns: dict[str, Array]) -> Array:
@@ -86,9 +72,26 @@ def order_with_tests(columns: dict[str, Array]) -> tuple[list[str], set[tuple[st
 def claim_order(sentence: str, source: str, columns: dict[str, Array], unit: str) -> Claim:
     """Judge a claimed order, best first: the order of `columns`."""
     labels = list(columns)
+    return _claim_pairs(sentence, source, columns, unit, set(zip(labels, labels[1:], strict=False)))
+
+
+def claim_first(sentence: str, source: str, columns: dict[str, Array], unit: str) -> Claim:
+    """Judge the claim that the first of `columns` is smaller than each of the others, in whatever order they are."""
+    first, *others = columns
+    return _claim_pairs(sentence, source, columns, unit, {(first, other) for other in others})
+
+
+def claim_last(sentence: str, source: str, columns: dict[str, Array], unit: str) -> Claim:
+    """Judge the claim that the last of `columns` is larger than each of the others, in whatever order they are."""
+    *others, last = columns
+    return _claim_pairs(sentence, source, columns, unit, {(other, last) for other in others})
+
+
+def _claim_pairs(
+    sentence: str, source: str, columns: dict[str, Array], unit: str, wanted: set[tuple[str, str]]
+) -> Claim:
     ordered, proven, tests = order_with_tests(columns)
     medians = ", ".join(f"{label} {with_unit(quartiles(columns[label])[1], unit)}" for label in ordered)
-    wanted = set(zip(labels, labels[1:], strict=False))
     if wanted <= proven:
         verdict = "holds"
     elif any((second, first) in proven for first, second in wanted):
@@ -115,77 +118,3 @@ def claim_gain(
     else:
         verdict = "better, by less than claimed" if gain > 0 else "does not hold: worse"
     return Claim(sentence, source, measured, verdict)
-
-
-def audit_durations(task: TrajectoryTask, words: str, durations: list[float]) -> AuditedMotion:
-    """Judge the task's curve with given gap durations."""
-    from ocp_traj.audit import audit
-    from ocp_traj.transcription import trajectory_from_durations
-
-    verdict = audit(task, trajectory_from_durations(task, durations))
-    worst = verdict.worst
-    finding = "keeps every limit" if verdict.feasible else str(worst)
-    return AuditedMotion(
-        words,
-        float(np.sum(durations)),
-        verdict.feasible,
-        np.nan if worst is None else float(worst.ratio),
-        finding,
-        verdict.smallest_feasible_scale,
-    )
-
-
-def reference_numbers(paper: Paper, records: Records) -> dict[str, Any]:
-    """Return TOPP-RA, convex and bound of the case, computed once."""
-    from ocp_traj.case import task_digest
-    from ocp_traj.references import references
-
-    task = paper.task()
-    return records.computed("references", lambda: references(task), task_digest(task))
-
-
-def certified_optimum(task: TrajectoryTask, records: Records, gap: float = 1e-3) -> dict[str, Any]:
-    """Return the best duration of a task's family, proved to a relative `gap`, computed once."""
-    from ocp_traj.case import task_digest
-    from ocp_traj.references import certify
-
-    def work() -> dict[str, Any]:
-        found = certify(task, gap=gap)
-        return {
-            "lower": found.lower,
-            "upper": found.upper,
-            "message": found.message,
-            "durations": found.durations.tolist(),
-        }
-
-    return records.computed(f"certificate {gap:g}", work, task_digest(task))
-
-
-def joint_optima(paper: Paper, records: Records) -> dict[int, dict[str, Any]]:
-    """Return the optimum of every moving joint (from 1) alone, proved to `JOINT_GAP` where it moves in all gaps."""
-    from ocp_traj.solvers.per_joint import joint_task
-
-    task = paper.task()
-    moving = np.flatnonzero(np.ptp(task.waypoints, axis=0) > 0).tolist()
-    return {joint + 1: certified_optimum(joint_task(task, joint), records, JOINT_GAP) for joint in moving}
-
-
-def synchronised_optima(paper: Paper, optima: dict[int, dict[str, Any]]) -> list[float]:
-    """Return the largest duration per gap over the joints that move in it, from each joint's own optimum."""
-    from ocp_traj.solvers.per_joint import synchronise
-
-    task = paper.task()
-    durations = np.zeros((task.n, task.gaps))
-    for joint, found in optima.items():
-        durations[joint - 1] = found["durations"]
-    return [float(h) for h in synchronise(task, durations)]
-
-
-def path_length(task: TrajectoryTask, durations: list[float]) -> float:
-    """Return the length of the tool's path, m, of the motion with these durations."""
-    from ocp_traj.transcription import trajectory_from_durations
-
-    assert task.robot is not None
-    robot, motion = task.robot, trajectory_from_durations(task, durations)
-    points = np.stack([robot.pose(q)[:3, 3] for q in motion(np.linspace(0, motion.duration, 2000))])
-    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())

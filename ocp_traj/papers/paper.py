@@ -7,45 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
+from ocp_traj.papers.experiments import Experiment, Protocol
+
 if TYPE_CHECKING:
     from ocp_traj.papers.records import Records
     from ocp_traj.task import TrajectoryTask
 
 
-@dataclass(frozen=True)
-class Experiment:
-    """One solver on the paper's case under one protocol, run with several seeds.
-
-    Parameters
-    ----------
-    group : str
-        The protocol, a heading of the page: ``"paper's protocol"`` or ``"equal evaluations"``.
-    label : str
-        Row of the table.
-    solver : str
-        As on the command line.
-    budget : int or None
-        Evaluations of x; None for gradient solvers.
-    overrides : tuple of str
-        Changes of the case, as ``--set`` takes them.
-    published : str
-        What the paper prints for it; empty where nothing.
-    once : bool
-        The solver is deterministic: one seed is enough.
-    """
-
-    group: str
-    label: str
-    solver: str
-    budget: int | None = None
-    overrides: tuple[str, ...] = ()
-    published: str = ""
-    once: bool = False
-
-
-PUBLISHED_PROTOCOL = "the paper's own protocol"
-EQUAL_EVALUATIONS = "equal evaluations"
-BETTER_CURVE = "the same limits with a better curve"
 MEASURED_SEEDS = 20
 """Seeds of a page that ranks methods."""
 
@@ -102,12 +70,12 @@ class Paper(ABC):
         What the paper does, in two or three sentences.
     case : str
         Name of the packaged case.
+    protocol : Protocol
+        What it ran, and what is run beside it.
     minimised : str
         ``"duration"`` or ``"energy"``: the column tables are about.
     runs : int
         Of how many runs the paper reports the best or the mean; our best is taken of the same number.
-    joints_apart : bool
-        The paper optimises every joint alone and synchronises afterwards.
     stand_ins : tuple of str
         Numbers that were lost or never printed, and what stands in for them.
     """
@@ -117,9 +85,9 @@ class Paper(ABC):
     reference: ClassVar[str]
     summary: ClassVar[str]
     case: ClassVar[str]
+    protocol: ClassVar[Protocol]
     minimised: ClassVar[str] = "duration"
     runs: ClassVar[int] = 20
-    joints_apart: ClassVar[bool] = False
     stand_ins: ClassVar[tuple[str, ...]]
 
     def task(self, overrides: tuple[str, ...] = ()) -> TrajectoryTask:
@@ -128,9 +96,9 @@ class Paper(ABC):
 
         return load_case(self.case, overrides)
 
-    @abstractmethod
     def experiments(self, reduced: bool) -> list[Experiment]:
         """Return the experiments; `reduced` shrinks budgets for tests and says so on the page."""
+        return self.protocol.experiments(reduced)
 
     @abstractmethod
     def story(self, records: Records) -> list[str]:
@@ -151,14 +119,3 @@ class Paper(ABC):
     def tables(self, records: Records) -> list[Table]:
         """Return further tables."""
         return []
-
-
-def generations_budget(solver: str, generations: int) -> int:
-    """Return the evaluations a population method spends in its first population and `generations` moves."""
-    from ocp_traj.solvers import parse_solver
-    from ocp_traj.solvers.population import Population
-
-    parsed = parse_solver(solver)
-    assert isinstance(parsed, Population)
-    optimizer = parsed.optimizer()
-    return optimizer.initial_evaluations + generations * optimizer.evaluations_per_generation

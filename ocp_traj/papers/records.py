@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.papers.paper import Experiment, Paper
+from ocp_traj.papers.experiments import Experiment
+from ocp_traj.papers.paper import Paper
 
 if TYPE_CHECKING:
     from metaheuristics import History, Solution

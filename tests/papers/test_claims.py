@@ -5,10 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from ocp_traj.papers.claims_b import _misses_of_equation_5
+from ocp_traj.papers.claims_d import _heights
 from ocp_traj.papers.fanuc_inertia import to_fanuc, with_inertia
-from ocp_traj.papers.measures import audit_durations, claim_gain, claim_order, order_with_tests
+from ocp_traj.papers.inverse_timing import timing_claims
+from ocp_traj.papers.measures import claim_first, claim_gain, claim_last, claim_order, order_with_tests
+from ocp_traj.papers.motions import audit_durations
 from ocp_traj.papers.paper_b import PaperB
-from ocp_traj.papers.paper_d import PUBLISHED, PaperD
+from ocp_traj.papers.paper_d import PUBLISHED, PaperD, misprinted
 
 RNG = np.random.default_rng(5)
 NOISE = 0.01 * RNG.random(20)
@@ -20,6 +24,52 @@ def test_a_claimed_order_holds_only_where_neighbours_differ_significantly() -> N
     assert claim_order("c < a", "", {"c": columns["c"], "a": columns["a"]}, "s").verdict == "does not hold"
     close = {"a": 1.0 + RNG.random(20), "b": 1.0 + RNG.random(20)}
     assert claim_order("a < b", "", close, "s").verdict == "not proven"
+
+
+def test_first_and_last_do_not_care_for_the_order_of_the_others() -> None:
+    columns = {"a": 1.0 + NOISE, "c": 3.0 + NOISE, "b": 2.0 + NOISE[::-1]}
+    assert claim_order("a < c < b", "", columns, "s").verdict == "does not hold"
+    assert claim_first("a is least", "", columns, "s").verdict == "holds"
+    assert claim_last("b is largest", "", columns, "s").verdict == "does not hold"
+    largest_last = {label: columns[label] for label in "bac"}
+    assert claim_last("c is largest", "", largest_last, "s").verdict == "holds"
+    assert claim_first("b is least", "", largest_last, "s").verdict == "does not hold"
+
+
+def test_a_proportion_that_stays_the_same_does_not_grow() -> None:
+    def row(form: str, points: int, one: float) -> dict[str, object]:
+        return {
+            "form": form,
+            "points": points,
+            "best_eight": points * 1.0,
+            "best_one": points * one,
+            "saving": 1 - one,
+        }
+
+    same, growing = (
+        [row("python", 9, 0.5), row("python", 90, 0.5)],
+        [row("python", 9, 0.5), row("python", 90, 0.2)],
+    )
+    assert timing_claims(same)[0].verdict == "holds: at least that"
+    assert timing_claims(same)[1].verdict.startswith(
+        "does not hold: in plain Python the proportion changes by +0.0"
+    )
+    assert timing_claims(growing)[1].verdict.startswith("depends on the form")
+    assert (
+        timing_claims([row("python", 9, 0.5), row("vectorised", 9, 0.7)])[0].verdict == "depends on the form"
+    )
+
+
+def test_equation_5_of_b_misses_with_the_printed_position_and_holds_for_the_wrist_centre() -> None:
+    printed, mended = _misses_of_equation_5(PaperB())
+    assert printed > 0.05
+    assert mended < 1e-12
+
+
+def test_the_printed_signs_of_alpha_put_ds_points_below_the_floor() -> None:
+    below, above = _heights(PaperD())
+    assert all(float(height) < -1.0 for height in below.split(", "))
+    assert all(float(height) > 0.0 for height in above.split(", "))
 
 
 def test_failures_rank_last() -> None:
@@ -54,7 +104,7 @@ def test_no_gain_is_claimed_from_noise() -> None:
 def test_the_printed_durations_of_d_are_feasible_only_with_the_mended_sign() -> None:
     paper = PaperD()
     assert audit_durations(paper.task(), "", PUBLISHED).feasible
-    printed = audit_durations(paper._misprinted(), "", PUBLISHED)
+    printed = audit_durations(misprinted(paper), "", PUBLISHED)
     assert not printed.feasible
     assert "joint 3" in printed.finding
 

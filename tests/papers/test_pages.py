@@ -8,19 +8,15 @@ import numpy as np
 import pytest
 
 from ocp_traj.papers import PAPERS, get_paper
+from ocp_traj.papers.experiments import EQUAL_EVALUATIONS, PUBLISHED_PROTOCOL, Experiment, Protocol
 from ocp_traj.papers.figures import lines_figure
-from ocp_traj.papers.page import claims_table, markdown_table, write_page, write_summary
-from ocp_traj.papers.paper import (
-    EQUAL_EVALUATIONS,
-    PUBLISHED_PROTOCOL,
-    Claim,
-    Experiment,
-    Figure,
-    Paper,
-    Table,
-)
+from ocp_traj.papers.method_table import markdown_table
+from ocp_traj.papers.page import claims_table, seeds_of, write_page, write_summary
+from ocp_traj.papers.paper import Claim, Figure, Paper, Table
 from ocp_traj.papers.records import Records, run_missing
 from ocp_traj.papers.reproduce import command_line
+
+PROVED = {"lower": 3.99, "upper": 4.0, "message": "proved"}
 
 
 class SmallPaper(Paper):
@@ -31,6 +27,7 @@ class SmallPaper(Paper):
     reference = "nowhere"
     summary = "It moves."
     case = "fang-2020-task-1"
+    protocol = Protocol(methods=(("random search", "random"),), population=30, generations=2)
     stand_ins = ("Everything is a stand-in.",)
 
     def experiments(self, reduced: bool) -> list[Experiment]:
@@ -62,6 +59,7 @@ class SmallPaper(Paper):
 def records(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Records:
     found = {"kinematic_bound": {"lower": 1.0, "estimate": None}, "toppra": {"uniform": 2.0}, "convex": {}}
     monkeypatch.setattr("ocp_traj.papers.page.reference_numbers", lambda paper, records: found)
+    monkeypatch.setattr("ocp_traj.papers.page.certified_optimum", lambda task, records: PROVED)
     records = Records(tmp_path / "runs.jsonl")
     run_missing(SmallPaper(), records, 2, True, 1, lambda done, total: None)
     return records
@@ -76,6 +74,11 @@ def test_a_page_shows_methods_references_figures_and_claims(records: Records, tm
     assert "| random search (`random`) | 1 s |" in text
     assert "Ranking: 2 seeds" in text
     assert "best found | — |" in text and "TOPP-RA, uniform path parameter | 2.0000 |" in text
+    assert "| no motion of the paper's curve within its limits is shorter (certified) | 3.9900 |" in text
+    assert (
+        "Every method gets 60 evaluations of all joints together, the paper's 30 candidates times 2" in text
+    )
+    assert "**2 runs of a method only:" in text
     assert (tmp_path / "lines.png").exists() and "![Fig. 1](lines.png)" in text
     assert "Fig. 2, a photograph: not regenerated, not a result." in text
     assert "shorter \\| better" in text and "**does not hold: longer**" in text
@@ -91,6 +94,31 @@ def test_the_summary_counts_verdicts_and_links_every_page(records: Records, tmp_
     text = write_summary([(SmallPaper(), records)], tmp_path, "x", False).read_text(encoding="utf-8")
     assert "Of 2 claims and remarks: 1 × does not hold, 1 × holds." in text
     assert "paper-d" in text and "2 runs of DE." in text
+
+
+def test_a_page_without_a_proof_says_why(
+    records: Records, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    nothing = {"lower": None, "upper": None, "message": "the ends are not at rest"}
+    monkeypatch.setattr("ocp_traj.papers.page.certified_optimum", lambda task, records: nothing)
+    text = write_page(SmallPaper(), records, tmp_path, "x", False).read_text(encoding="utf-8")
+    assert "No certified optimum of the paper's curve: the ends are not at rest." in text
+    assert "(certified) | 3.9900" not in text
+
+
+@pytest.mark.parametrize(
+    ("counts", "words"),
+    [
+        ([20, 20], "20 runs of every method, one a seed; what runs once says so."),
+        ([20, 25], "20 to 25 runs of every method, one a seed; what runs once says so."),
+        (
+            [4, 20],
+            "**4 to 20 runs of a method only: medians are rough, and tests can hardly prove a difference.**",
+        ),
+    ],
+)
+def test_the_number_of_seeds_is_counted(counts: list[int], words: str) -> None:
+    assert seeds_of(counts) == [words]
 
 
 def test_a_table_has_a_row_a_claim() -> None:

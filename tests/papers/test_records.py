@@ -10,7 +10,7 @@ import pytest
 
 from ocp_traj.exceptions import UnknownNameError
 from ocp_traj.papers import PAPERS, get_paper
-from ocp_traj.papers.paper import Experiment, generations_budget
+from ocp_traj.papers.experiments import IMPROVED, Experiment, generations_budget
 from ocp_traj.papers.records import Records, experiment_key, run_missing, run_one
 
 
@@ -104,6 +104,24 @@ def test_every_solver_of_every_paper_exists_and_every_case_loads(key: str) -> No
     for experiment in paper.experiments(False) + paper.experiments(True):
         parse_solver(experiment.solver)
         paper.task(experiment.overrides)
+
+
+@pytest.mark.parametrize("key", PAPERS)
+def test_every_paper_meets_the_proposals_of_all_four_with_equal_evaluations(key: str) -> None:
+    paper = get_paper(key)
+    equal = [entry for entry in paper.experiments(False) if entry.group == "equal evaluations"]
+    assert {label for label, _ in IMPROVED} <= {entry.label for entry in equal}
+    assert {entry.budget for entry in equal if not entry.once} == {paper.protocol.budget}
+    assert len({entry.label for entry in equal}) == len(equal)
+
+
+def test_the_equal_budget_is_the_papers_population_times_its_generations() -> None:
+    assert {key: get_paper(key).protocol.budget for key in PAPERS} == {
+        "A": 5000,
+        "B": 30_000,
+        "C": 8000,
+        "D": 10_000,
+    }
 
 
 def test_an_unknown_paper_is_named() -> None:

@@ -1,0 +1,63 @@
+"""Energies of paper D's motions: its outlook, with inertia from FANUC's robot description."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from ocp_traj.papers.fanuc_inertia import SOURCE, with_inertia
+from ocp_traj.papers.measures import number
+from ocp_traj.papers.motions import certified_optimum
+from ocp_traj.papers.paper import Table
+from ocp_traj.papers.paper_d import PUBLISHED, UNOPTIMISED
+from ocp_traj.papers.records import Records
+
+if TYPE_CHECKING:
+    from ocp_traj.task import TrajectoryTask
+
+
+def energy_table(task: TrajectoryTask, records: Records) -> Table:
+    """Return durations and energies of known motions and of the least-energy ones within given times."""
+    from ocp_traj.case import task_digest
+
+    heavy, shortest = with_inertia(task), certified_optimum(task, records)["durations"]
+    found = records.computed(
+        "energies", lambda: {"rows": _compute_energies(heavy, shortest)}, task_digest(heavy)
+    )
+    rows = tuple((row["motion"], number(row["duration"]), number(row["energy"], 1)) for row in found["rows"])
+    return Table(
+        "Our extension: energy, the paper's outlook",
+        ("motion", "duration, s", "energy, J"),
+        rows,
+        f"Integral of the sum of |torque times velocity|; inertia of the links from {SOURCE}, without payload, "
+        "rotors, friction and gravity balancing, which it does not state.",
+    )
+
+
+def _compute_energies(task: TrajectoryTask, shortest: list[float]) -> list[dict[str, Any]]:
+    from ocp_traj.energy import energy
+    from ocp_traj.solve import solve
+    from ocp_traj.task import Objective
+    from ocp_traj.transcription import trajectory_from_durations
+
+    known = {
+        "certified shortest": shortest,
+        "printed durations": PUBLISHED,
+        "unoptimised, 2 s a segment": UNOPTIMISED,
+    }
+    rows: list[dict[str, Any]] = []
+    for words, durations in known.items():
+        motion = trajectory_from_durations(task, durations)
+        rows.append({"motion": words, "duration": motion.duration, "energy": energy(task, motion)})
+    for allowed in (1.5, sum(PUBLISHED), sum(UNOPTIMISED)):
+        economical = replace(task, objective=Objective(energy=1.0, duration=(0.1, allowed)))
+        result = solve(economical, "de", seed=0, budget=10_000)
+        verdict = "" if result.feasible else ", not feasible"
+        rows.append(
+            {
+                "motion": f"least energy within {allowed:.3f} s (DE, 10 000 evaluations{verdict})",
+                "duration": result.duration,
+                "energy": result.energy,
+            }
+        )
+    return rows
