@@ -1,34 +1,27 @@
 """A CasADi function as straight-line NumPy: one ufunc call an instruction, over blocks of points.
 
 Without a C compiler this is the fastest way to evaluate a small function for a whole population: the
-function's instruction list is turned once into Python source of statements such as ``multiply(w3, w7, w3)``,
+function's instruction list is turned once into Python source of statements such as ``multiply(w3, x0[2], w3)``,
 whose operands are rows of one work array, so a block stays in the processor's cache and nothing is allocated.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.exceptions import InputError
+from ocp_traj.robot.batch_program import BatchProgram
+from ocp_traj.robot.instructions import Listing, list_instructions
 
-_UNARY = {
-    ca.OP_NEG: "negative", ca.OP_SQ: "square", ca.OP_SQRT: "sqrt", ca.OP_SIN: "sin", ca.OP_COS: "cos",
-    ca.OP_TAN: "tan", ca.OP_EXP: "exp", ca.OP_LOG: "log", ca.OP_FABS: "absolute", ca.OP_SIGN: "sign",
-    ca.OP_INV: "reciprocal", ca.OP_ASIN: "arcsin", ca.OP_ACOS: "arccos", ca.OP_ATAN: "arctan",
-    ca.OP_TANH: "tanh", ca.OP_FLOOR: "floor", ca.OP_CEIL: "ceil",
-}  # fmt: skip
-_BINARY = {
-    ca.OP_ADD: "add", ca.OP_SUB: "subtract", ca.OP_MUL: "multiply", ca.OP_DIV: "divide", ca.OP_FMIN:
-    "minimum", ca.OP_FMAX: "maximum", ca.OP_ATAN2: "arctan2", ca.OP_POW: "power", ca.OP_CONSTPOW: "power",
-    ca.OP_HYPOT: "hypot", ca.OP_LT: "less", ca.OP_LE: "less_equal", ca.OP_EQ: "equal", ca.OP_NE: "not_equal",
-}  # fmt: skip
+_LINE = 8
+"""Doubles in a cache line: work rows start at a line and are no power of two apart."""
 
 
-class ArrayProgram:
+class ArrayProgram(BatchProgram):
     """Evaluate a CasADi SX function for many points with NumPy.
 
     Parameters
@@ -36,7 +29,7 @@ class ArrayProgram:
     function : casadi.Function
         An SX function whose inputs and outputs are dense vectors.
     block : int
-        Points evaluated at a time.
+        Largest number of points evaluated at a time; blocks are of about equal size.
 
     Raises
     ------
@@ -44,88 +37,82 @@ class ArrayProgram:
         The function holds an operation that has no NumPy counterpart here, or a sparse or matrix argument.
     """
 
-    def __init__(self, function: ca.Function, block: int = 2048) -> None:
-        for kind, shapes in (("input", function.size_in), ("output", function.size_out)):
-            count = function.n_in() if kind == "input" else function.n_out()
-            if any(shapes(index)[1] != 1 for index in range(count)):
-                raise InputError(f"{function.name()} has a matrix {kind}, expected column vectors")
+    def __init__(self, function: ca.Function, block: int = 3072) -> None:
+        listing = list_instructions(function)
         self.block = block
-        self.rows_in = [function.size1_in(index) for index in range(function.n_in())]
-        self.rows_out = [function.size1_out(index) for index in range(function.n_out())]
-        self.registers = function.sz_w()
-        self._run = self._compile(function)
-
-    def _compile(self, function: ca.Function) -> Callable[..., None]:
-        constants: dict[int, str] = {}
-        used = {"copyto"}
-        lines: list[str] = []
-        for k in range(function.n_instructions()):
-            operation = function.instruction_id(k)
-            source, target = function.instruction_input(k), function.instruction_output(k)
-            if operation == ca.OP_OUTPUT:
-                value = constants.get(source[0], f"w{source[0]}")
-                lines.append(f"copyto(y{target[0]}[{target[1]}], {value})")
-                continue
-            if operation == ca.OP_CONST:
-                constants[target[0]] = repr(float(function.instruction_constant(k)))
-                continue
-            if operation == ca.OP_INPUT:
-                lines.append(f"copyto(w{target[0]}, x{source[0]}[{source[1]}])")
-            else:
-                lines.append(_statement(function.name(), operation, source, target[0], constants, used))
-            constants.pop(target[0], None)
-        arguments = [f"x{i}" for i in range(function.n_in())] + [f"y{i}" for i in range(function.n_out())]
-        names = [f"w{i}" for i in range(self.registers)]
-        unpack = f"{', '.join(names)}, = w" if names else "pass"
-        text = "\n    ".join([f"def run(w, {', '.join(arguments)}):", unpack, *lines])
-        scope: dict[str, Callable[..., None]] = {name: getattr(np, name) for name in used}
-        # The text holds ufunc names from the tables above, register names and numbers, nothing from outside.
-        exec(compile(text, f"<{function.name()}>", "exec"), scope)  # noqa: S102
-        return scope["run"]
-
-    def __call__(self, *inputs: Array) -> tuple[Array, ...]:
-        """Return the outputs, each (N, rows), of inputs (N, rows).
-
-        Raises
-        ------
-        InputError
-            The number or a shape of the inputs is wrong.
-        """
-        count = inputs[0].shape[0] if inputs else 0
-        shapes = [array.shape for array in inputs]
-        if shapes != [(count, rows) for rows in self.rows_in]:
-            expected = ", ".join(f"(N, {rows})" for rows in self.rows_in)
-            raise InputError(f"inputs have shapes {shapes}, expected {expected}")
-        outputs = tuple(np.empty((rows, count)) for rows in self.rows_out)
-        self.run_columns([array.T for array in inputs], outputs)
-        return tuple(np.ascontiguousarray(array.T) for array in outputs)
+        self.rows_in, self.rows_out = listing.rows_in, listing.rows_out
+        self._run, self.registers = _compile(listing)
 
     def run_columns(self, inputs: Sequence[Array], outputs: Sequence[Array]) -> None:
         """Write the outputs, each (rows, N), of inputs (rows, N): one point a column, nothing checked or copied."""
         count = outputs[0].shape[1]
-        work = np.empty((self.registers, min(self.block, count)))
-        for start in range(0, count, self.block):
-            part = slice(start, min(start + self.block, count))
+        if not count:
+            return
+        blocks = -(-count // self.block)
+        width = -(-count // blocks)
+        work = _aligned_rows(self.registers, width)
+        for start in range(0, count, width):
+            part = slice(start, min(start + width, count))
             arguments = [array[:, part] for array in (*inputs, *outputs)]
             self._run(work[:, : part.stop - part.start], *arguments)
 
 
-def _statement(
-    name: str, operation: int, source: list[int], target: int, constants: dict[int, str], used: set[str]
-) -> str:
-    """Return the NumPy statement of one instruction."""
-    operands = [constants.get(register, f"w{register}") for register in source]
-    if operation == ca.OP_ASSIGN:
-        return f"copyto(w{target}, {operands[0]})"
-    if operation == ca.OP_TWICE:
-        used.add("add")
-        return f"add({operands[0]}, {operands[0]}, w{target})"
-    ufunc = _UNARY.get(operation) or _BINARY.get(operation)
-    if ufunc is None:
-        raise InputError(
-            f"function {name!r} holds CasADi operation number {operation}, which is not supported"
-        )
-    used.add(ufunc)
-    if ufunc in ("minimum", "maximum"):  # these two take their output by keyword only
-        return f"{ufunc}({operands[0]}, {operands[1]}, out=w{target})"
-    return f"{ufunc}({', '.join(operands[: 1 if operation in _UNARY else 2])}, w{target})"
+def _aligned_rows(rows: int, width: int) -> Array:
+    """Return rows (rows, width) that start at cache lines: wide loads across two lines cost twice."""
+    stride = (width // _LINE + 2) * _LINE
+    stride += _LINE * (stride // _LINE % 2 == 0)
+    memory = np.empty(rows * stride + _LINE)
+    first = -(memory.ctypes.data // memory.itemsize) % _LINE
+    return memory[first : first + rows * stride].reshape(rows, stride)[:, :width]
+
+
+def _compile(listing: Listing) -> tuple[Callable[..., None], int]:
+    """Return the program as a function of work rows, inputs and outputs, and the number of work rows."""
+    scope: dict[str, Any] = {"copyto": np.copyto}
+    lines: list[str] = []
+    names: list[str] = []
+    rows = _Rows(listing)
+    for k, instruction in enumerate(listing.instructions):
+        if instruction.operation == "input":
+            argument, row = instruction.place
+            names.append(f"x{argument}[{row}]")
+        elif instruction.operation == "constant":
+            names.append(f"c{k}")
+            scope[names[k]] = np.array(instruction.number)
+        else:
+            scope[instruction.operation] = getattr(np, instruction.operation)
+            operands = ", ".join(names[operand] for operand in instruction.operands)
+            names.append(f"w{rows.take(k)}")
+            lines.append(f"{instruction.operation}({operands}, out={names[k]})")
+    lines += [f"copyto(y{result}[{row}], {names[value]})" for (result, row), value in listing.results]
+    arguments = [f"x{i}" for i in range(len(listing.rows_in))] + [
+        f"y{i}" for i in range(len(listing.rows_out))
+    ]
+    unpack = "".join(f"w{i}, " for i in range(rows.count)) + "= w" if rows.count else "pass"
+    text = "\n    ".join([f"def run(w, {', '.join(arguments)}):", unpack, *lines])
+    # The text holds ufunc names from a table, names of rows and numbers, nothing from outside.
+    exec(compile(text, f"<{listing.name}>", "exec"), scope)  # noqa: S102
+    program: Callable[..., None] = scope["run"]
+    return program, rows.count
+
+
+class _Rows:
+    """Gives values work rows; the row freed last is used again first, since it is still in the nearest cache."""
+
+    def __init__(self, listing: Listing) -> None:
+        self.listing, self.count = listing, 0
+        self._row: dict[int, int] = {}
+        self._free: list[int] = []
+        self._last = {value: k for k, entry in enumerate(listing.instructions) for value in entry.operands}
+        self._last.update({value: len(listing.instructions) for _, value in listing.results})
+
+    def take(self, k: int) -> int:
+        """Return the row of value k; operands that are needed no more give theirs back first."""
+        for operand in set(self.listing.instructions[k].operands):
+            if self._last[operand] == k and operand in self._row:
+                self._free.append(self._row.pop(operand))
+        if not self._free:
+            self._free.append(self.count)
+            self.count += 1
+        self._row[k] = self._free.pop()
+        return self._row[k]

@@ -9,7 +9,6 @@ used, with the same results.
 
 from __future__ import annotations
 
-import ctypes
 import hashlib
 import json
 import logging
@@ -23,10 +22,8 @@ from functools import cache
 from pathlib import Path
 
 import casadi as ca
-import numpy as np
 
 from ocp_traj import __version__
-from ocp_traj.arrays import Array
 from ocp_traj.exceptions import InputError, UnavailableError
 
 NO_COMPILER_VARIABLE = "OCP_TRAJ_NO_COMPILER"
@@ -88,15 +85,15 @@ def cache_folder() -> Path:
     return folder
 
 
-def _sources(functions: Sequence[ca.Function], driver: str) -> str:
+def _sources(functions: Sequence[ca.Function]) -> str:
     generator = ca.CodeGenerator("functions.c", {"with_header": False})
     for function in functions:
         generator.add(function)
     text: str = generator.dump()
-    return text + driver
+    return text
 
 
-def _library(text: str, optimize: int) -> Path:
+def build_library(text: str, optimize: int) -> Path:
     """Return the compiled library of a C text, from the cache where it is there.
 
     Raises
@@ -192,128 +189,8 @@ def compile_function(function: ca.Function, derivatives: int = 0, optimize: int 
     if find_compiler() is None:
         return function
     try:
-        library = _library(_sources(_with_derivatives(function, derivatives), ""), optimize)
+        library = build_library(_sources(_with_derivatives(function, derivatives)), optimize)
     except UnavailableError as error:
         logger.warning("%s is interpreted, not compiled: %s", function.name(), error)
         return function
     return ca.external(function.name(), str(library))
-
-
-_DRIVER = """
-CASADI_SYMBOL_EXPORT int evaluate_rows(long count, const double** inputs, double** outputs, double* w) {{
-  const double* arg[{arguments}];
-  double* res[{results}];
-  casadi_int iw[{integers}];
-  static const long rows_in[] = {{{rows_in}}}, rows_out[] = {{{rows_out}}};
-  long i, k;
-  for (i = 0; i < count; ++i) {{
-    for (k = 0; k < {n_in}; ++k) arg[k] = inputs[k] + i * rows_in[k];
-    for (k = 0; k < {n_out}; ++k) res[k] = outputs[k] + i * rows_out[k];
-    if ({name}(arg, res, iw, w, 0)) return 1;
-  }}
-  return 0;
-}}
-
-CASADI_SYMBOL_EXPORT int evaluate_columns(long count, const double** inputs, double** outputs, const long* strides,
-                                          double* w) {{
-  const double* arg[{arguments}];
-  double* res[{results}];
-  casadi_int iw[{integers}];
-  static const long rows_in[] = {{{rows_in}}}, rows_out[] = {{{rows_out}}};
-  double point[{total}];
-  long i, k, row;
-  for (i = 0; i < count; ++i) {{
-    double* next = point;
-    for (k = 0; k < {n_in}; ++k) {{
-      arg[k] = next;
-      for (row = 0; row < rows_in[k]; ++row) *next++ = inputs[k][row * strides[k] + i];
-    }}
-    for (k = 0; k < {n_out}; ++k) {{
-      res[k] = next;
-      next += rows_out[k];
-    }}
-    if ({name}(arg, res, iw, w, 0)) return 1;
-    for (k = 0; k < {n_out}; ++k)
-      for (row = 0; row < rows_out[k]; ++row) outputs[k][row * strides[{n_in} + k] + i] = res[k][row];
-  }}
-  return 0;
-}}
-"""
-
-
-class CompiledProgram:
-    """Evaluate a CasADi function for many points with machine code.
-
-    Parameters
-    ----------
-    function : casadi.Function
-        Inputs and outputs are dense column vectors.
-
-    Raises
-    ------
-    UnavailableError
-        There is no compiler, or it failed.
-    """
-
-    def __init__(self, function: ca.Function) -> None:
-        self.rows_in = [function.size1_in(index) for index in range(function.n_in())]
-        self.rows_out = [function.size1_out(index) for index in range(function.n_out())]
-        driver = _DRIVER.format(
-            name=function.name(),
-            n_in=function.n_in(),
-            n_out=function.n_out(),
-            arguments=max(1, function.sz_arg()),
-            results=max(1, function.sz_res()),
-            integers=max(1, function.sz_iw()),
-            rows_in=", ".join(map(str, self.rows_in)),
-            rows_out=", ".join(map(str, self.rows_out)),
-            total=max(1, sum(self.rows_in) + sum(self.rows_out)),
-        )
-        library = ctypes.CDLL(str(_library(_sources([function], driver), optimize=2)))
-        self._evaluate = library.evaluate_rows
-        self._evaluate.argtypes = [ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p]
-        self._evaluate_columns = library.evaluate_columns
-        self._evaluate_columns.argtypes = [ctypes.c_long, *[ctypes.c_void_p] * 4]
-        self._work_size = max(1, function.sz_w())
-
-    def __call__(self, *inputs: Array) -> tuple[Array, ...]:
-        """Return the outputs, each (N, rows), of inputs (N, rows).
-
-        Raises
-        ------
-        InputError
-            The number or a shape of the inputs is wrong.
-        """
-        count = inputs[0].shape[0] if inputs else 0
-        shapes = [array.shape for array in inputs]
-        if shapes != [(count, rows) for rows in self.rows_in]:
-            expected = ", ".join(f"(N, {rows})" for rows in self.rows_in)
-            raise InputError(f"inputs have shapes {shapes}, expected {expected}")
-        given = [np.ascontiguousarray(array, dtype=np.float64) for array in inputs]
-        outputs = tuple(np.empty((count, rows)) for rows in self.rows_out)
-        work = np.empty(self._work_size)  # of this call: other threads may be in the library as well
-        self._evaluate(count, _addresses(given), _addresses(outputs), work.ctypes.data)
-        return outputs
-
-    def run_columns(self, inputs: Sequence[Array], outputs: Sequence[Array]) -> None:
-        """Write the outputs, each (rows, N), of inputs (rows, N), one point a column.
-
-        Raises
-        ------
-        InputError
-            A row is not contiguous doubles.
-        """
-        arrays = (*inputs, *outputs)
-        count = outputs[0].shape[1]
-        # The step along a row says nothing where a row has one entry.
-        if any(array.dtype != np.float64 or (count > 1 and array.strides[1] != 8) for array in arrays):
-            raise InputError(
-                "the arrays of columns have rows that are not contiguous doubles, expected such rows"
-            )
-        strides = (ctypes.c_long * len(arrays))(*(array.strides[0] // array.itemsize for array in arrays))
-        work = np.empty(self._work_size)
-        self._evaluate_columns(count, _addresses(inputs), _addresses(outputs), strides, work.ctypes.data)
-
-
-def _addresses(arrays: Sequence[Array]) -> ctypes.Array[ctypes.c_void_p]:
-    return (ctypes.c_void_p * len(arrays))(*(array.ctypes.data for array in arrays))

@@ -16,7 +16,10 @@ import pytest
 from ocp_traj.exceptions import InputError, UnavailableError
 from ocp_traj.robot import load_robot
 from ocp_traj.robot.array_program import ArrayProgram
-from ocp_traj.robot.compiled import CompiledProgram, cache_folder, compile_function, find_compiler
+from ocp_traj.robot.compiled import cache_folder, compile_function, find_compiler
+from ocp_traj.robot.compiled_program import CompiledProgram
+from ocp_traj.robot.inverse_dynamics import newton_euler
+from ocp_traj.robot.regrouping import regrouped, split_rotation
 
 needs_compiler = pytest.mark.skipif(find_compiler() is None, reason="no C compiler on this machine")
 
@@ -235,3 +238,59 @@ def test_a_robot_gives_the_same_torque_with_and_without_a_compiler(monkeypatch: 
     columns = np.empty((6, 100))
     load_robot("ur5").torque_columns(*(np.ascontiguousarray(array.T) for array in (q, v, a)), out=columns)
     np.testing.assert_array_equal(columns.T, first)
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    "operation",
+    ["tan", "exp", "log", "tanh", "floor", "ceil", "acos", "asin", "atan", "sign", "fabs", "sqrt", "cos"],
+)
+def test_compiled_program_knows_unary_operations(operation: str) -> None:
+    x = ca.SX.sym("x")
+    function = ca.Function("f", [x], [getattr(ca, operation)(x) - 0.5 * getattr(ca, operation)(-x)])
+    values = np.linspace(-0.9, 0.9, 11)[:, None]
+    expected = np.array(function(values.T)).T
+    np.testing.assert_array_equal(CompiledProgram(function)(values)[0], expected)
+
+
+@needs_compiler
+@pytest.mark.parametrize("operation", ["fmin", "fmax", "atan2", "hypot", "power", "lt", "le", "eq", "ne"])
+def test_compiled_program_knows_binary_operations(operation: str) -> None:
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    function = ca.Function("f", [x, y], [getattr(ca, operation)(x, y)])
+    values = [column[:, None] for column in np.random.default_rng(0).integers(1, 4, (2, 11)).astype(float)]
+    expected = np.array(function(*(column.T for column in values))).T
+    np.testing.assert_array_equal(CompiledProgram(function)(*values)[0], expected)
+
+
+def test_what_lies_on_a_joint_axis_may_belong_to_the_link_before() -> None:
+    """Regrouped links have nothing on their axes, and their function far fewer operations."""
+    robot = load_robot("ur5")
+    links = regrouped(robot.links)
+    assert all(link.mass == 0.0 and link.first_moment[2] == 0.0 for link in links)
+    assert all(link.second_moment[2, 2] == 0.0 for link in links)
+    symbols = [ca.SX.sym(name, 6) for name in "qva"]
+    plain = ca.Function(
+        "plain", symbols, [ca.cse(newton_euler(robot.links, np.array([0, 0, -9.81]), *symbols))]
+    )
+    assert robot.inverse_dynamics.n_instructions() < 0.8 * plain.n_instructions()
+    for state in np.random.default_rng(3).standard_normal((20, 3, 6)):
+        np.testing.assert_allclose(
+            np.array(robot.inverse_dynamics(*state)), np.array(plain(*state)), atol=1e-13, rtol=0
+        )
+
+
+def test_a_turn_about_the_axis_is_split_off_a_rotation() -> None:
+    tilt = np.array([[1.0, 0.0, 0.0], [0.0, 0.6, -0.8], [0.0, 0.8, 0.6]])
+    for angle in (0.3, -2.0, np.pi / 2 - 1e-11):
+        c, s = np.cos(angle), np.sin(angle)
+        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        for rotation in (tilt @ turn, turn):
+            plain, found = split_rotation(rotation)
+            assert np.count_nonzero(plain) < np.count_nonzero(rotation)
+            c, s = np.cos(found), np.sin(found)
+            back = plain @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+            np.testing.assert_allclose(back, rotation, atol=1e-15)
+    exchange = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    np.testing.assert_array_equal(split_rotation(exchange)[0], exchange)
+    assert split_rotation(exchange)[1] == 0.0
