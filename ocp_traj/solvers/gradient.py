@@ -17,7 +17,13 @@ from ocp_traj.exceptions import InputError, TaskError, UnavailableError
 from ocp_traj.nlp import Nlp, RowBlock
 from ocp_traj.solvers.account import Account
 from ocp_traj.solvers.diagnosis import certain_conflict, elastic_phase, too_short
-from ocp_traj.solvers.plugins import Stage, plugin_named, read_status
+from ocp_traj.solvers.plugins import (
+    Stage,
+    plugin_named,
+    read_status,
+    readable_reason,
+    unavailable_reason,
+)
 from ocp_traj.solvers.refinement import broken_points, new_points
 from ocp_traj.solvers.solver import Outcome, Request, Solver
 from ocp_traj.solvers.starts import other_starts
@@ -138,16 +144,10 @@ class Gradient(Solver):
         return Outcome(answer.trajectory, solution, account.counts, diagnosis)
 
     def check_available(self) -> None:
-        """Raise `UnavailableError` when the plug-in does not load, or does not take a problem."""
-        x = ca.SX.sym("x")
-        try:
-            if not ca.has_nlpsol(self.plugin):
-                ca.load_nlpsol(self.plugin)  # fails, and says why
-            options = plugin_named(self.plugin).options(Stage(self.tolerance, 1, None, False, False, 1.0))
-            ca.nlpsol("probe", self.plugin, {"x": x, "f": x**2, "g": x}, {"print_time": False, **options})
-        except RuntimeError as error:
-            reason = str(error).strip().splitlines()[-1].strip()
-            raise UnavailableError(f"solver {self.plugin!r} cannot be loaded: {reason}") from error
+        """Raise `UnavailableError` when the plug-in does not load, or does not solve a small problem."""
+        reason = unavailable_reason(self.plugin)
+        if reason:
+            raise UnavailableError(f"solver {self.plugin!r} cannot be used: {reason}")
 
     def _refuse(self, task: TrajectoryTask, account: Account, conflict: str) -> Outcome:
         """Return the outcome of a task that cannot have a solution."""
@@ -303,7 +303,11 @@ class Gradient(Solver):
             multipliers = carry_multipliers(before.nlp.rows, nlp.rows, before.row_multipliers)
             given = {"x0": before.x, "lam_x0": before.bound_multipliers, "lam_g0": multipliers}
         clock = time.perf_counter()
-        answer = solver(**given, lbx=nlp.lower, ubx=nlp.upper, lbg=nlp.g_lower, ubg=nlp.g_upper)
+        try:
+            answer = solver(**given, lbx=nlp.lower, ubx=nlp.upper, lbg=nlp.g_lower, ubg=nlp.g_upper)
+        except RuntimeError as error:  # what a plug-in makes of a subproblem it cannot solve
+            account.record({}, time.perf_counter() - clock)  # it keeps no statistics of such a call
+            return _no_answer(nlp, readable_reason(str(error)))
         stats = solver.stats()
         account.record(stats, time.perf_counter() - clock)
         status, message = read_status(plugin, stats)
@@ -332,6 +336,15 @@ def _read_answer(nlp: Nlp, answer: dict[str, Any], status: Status, message: str)
     if not np.isfinite(x).all():
         x, status = np.asarray(nlp.guess), Status.FAILED
     return Answer(nlp, x, nlp.decode(x), status, message, cost, nlp.violations(g), on_rows, on_bounds)
+
+
+def _no_answer(nlp: Nlp, message: str) -> Answer:
+    """Return the first point as the answer of a plug-in that stopped with an error."""
+    x = np.asarray(nlp.guess)
+    found = nlp.evaluate(x[None, :])
+    nothing = np.zeros(len(nlp.g_lower)), np.zeros(len(x))
+    cost, violation = float(found.cost[0]), found.violation[0]
+    return Answer(nlp, x, nlp.decode(x), Status.FAILED, message, cost, violation, *nothing)
 
 
 def _cost(nlp: Nlp) -> float:

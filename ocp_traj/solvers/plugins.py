@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
+
+import casadi as ca
 
 from metaheuristics import Status
 
@@ -49,12 +53,15 @@ class Plugin:
         It takes ready derivative functions; for others CasADi differentiates the problem again.
     takes_multipliers : bool
         A warm start with multipliers pays.
+    linear_solver : str
+        CasADi's linear solver without which it fails on every problem of size; empty where it brings its own.
     """
 
     options: Callable[[Stage], dict[str, Any]]
     statuses: dict[str, Status] = field(default_factory=dict)
     own_derivatives: bool = False
     takes_multipliers: bool = False
+    linear_solver: str = ""
 
 
 def _ipopt(stage: Stage) -> dict[str, Any]:
@@ -103,6 +110,23 @@ def _sleqp(stage: Stage) -> dict[str, Any]:
     return {"print_level": 0, "max_iter": stage.iterations}
 
 
+def _blocksqp(stage: Stage) -> dict[str, Any]:
+    quiet = {"print_header": False, "print_iteration": False, "print_maxit_reached": False}
+    return {"max_iter": stage.iterations, **quiet}
+
+
+def _sqpmethod(stage: Stage) -> dict[str, Any]:
+    quiet = {"print_header": False, "print_iteration": False, "print_status": False}
+    return {
+        "qpsol": "piqp",
+        "qpsol_options": {"error_on_fail": False},
+        "convexify_strategy": "regularize",
+        "elastic_mode": True,
+        "max_iter": stage.iterations,
+        **quiet,
+    }
+
+
 def _no_options(stage: Stage) -> dict[str, Any]:
     return {}
 
@@ -130,6 +154,8 @@ PLUGINS: dict[str, Plugin] = {
     "uno": Plugin(_uno),
     "fatrop": Plugin(_fatrop),
     "sleqp": Plugin(_sleqp),
+    "sqpmethod": Plugin(_sqpmethod),
+    "blocksqp": Plugin(_blocksqp, linear_solver="ma27"),
 }
 OTHER = Plugin(_no_options)
 """Any plug-in that is not listed: its own defaults."""
@@ -148,3 +174,53 @@ def read_status(plugin: Plugin, stats: dict[str, Any]) -> tuple[Status, str]:
         return Status.CONVERGED, message
     found = plugin.statuses.get(message, UNIFIED_STATUSES.get(str(unified), Status.FAILED))
     return found, message
+
+
+# What a plug-in can do here ----------------------------------------------------------------------------------
+
+PROBE_SIZE = 6
+PROBE_ITERATIONS = 100
+
+
+@cache
+def unavailable_reason(name: str) -> str:
+    """Return why a plug-in cannot be used, an empty sentence when it can: it has to load and to solve a problem.
+
+    Loading is not enough, as some plug-ins look for their linear solver only when they meet a sparse problem.
+    """
+    plugin = plugin_named(name)
+    try:
+        if not ca.has_nlpsol(name):
+            ca.load_nlpsol(name)  # fails, and says why
+        if plugin.linear_solver and not ca.has_linsol(plugin.linear_solver):
+            ca.load_linsol(plugin.linear_solver)
+        stats = _solve_probe(name, plugin)
+    except RuntimeError as error:
+        return readable_reason(str(error))
+    if stats.get("success"):
+        return ""
+    return f"it fails on a problem of {PROBE_SIZE} variables: {read_status(plugin, stats)[1]}"
+
+
+def _solve_probe(name: str, plugin: Plugin) -> dict[str, Any]:
+    """Solve min |x|^2 + x_1 subject to x_(k+1) = x_k^2 + 0.1, a chain as in a motion, and return the statistics."""
+    x = ca.MX.sym("x", PROBE_SIZE)
+    problem = {"x": x, "f": ca.sumsqr(x) + x[0], "g": x[1:] - x[:-1] ** 2}
+    stage = Stage(1e-6, PROBE_ITERATIONS, None, False, False, 1.0)
+    options = {"print_time": False, "error_on_fail": False, **plugin.options(stage)}
+    solver = ca.nlpsol("probe", name, problem, options)
+    solver(x0=0.1, lbx=-10.0, ubx=10.0, lbg=0.1, ubg=0.1)
+    stats: dict[str, Any] = solver.stats()
+    return stats
+
+
+def readable_reason(message: str) -> str:
+    """Return the one fact a person needs from CasADi's pages on a library that does not load."""
+    wanted = re.search(r"Cannot load shared library '(?:lib)?([^']*?)(?:\.so)?'", message)
+    missing = [name for name in re.findall(r"Error code: (\S+?): ", message) if not name.startswith("./")]
+    if wanted is None:
+        return message.strip().splitlines()[-1].strip()
+    part = wanted.group(1).replace("casadi_", "").replace("_", " ")
+    if missing:
+        return f"its part {part!r} needs {missing[0]}, which is not on this computer"
+    return f"this CasADi has no part {part!r}"

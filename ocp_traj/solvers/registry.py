@@ -61,6 +61,8 @@ ENTRIES: dict[str, Entry] = {
     "uno": _plugin("uno", "Uno's interior point with line search"),
     "sleqp": _plugin("sleqp", "active set, sequential linear and equality-constrained quadratic programs"),
     "fatrop": _plugin("fatrop", "interior point, here without the structure of stages"),
+    "sqpmethod": _plugin("sqpmethod", "CasADi's sequential quadratic programming over PIQP, for small tasks"),
+    "alpaqa": _plugin("alpaqa", "augmented Lagrangian with proximal gradients, coarse, for small tasks"),
     "blocksqp": _plugin("blocksqp", "block-structured sequential quadratic programming, needs HSL's MA27"),
     "madnlp": _plugin("madnlp", "interior point, needs a CasADi built with it"),
     "snopt": _plugin("snopt", "sequential quadratic programming, needs a licence"),
