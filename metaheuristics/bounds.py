@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from metaheuristics.arrays import BoolArray, FloatArray
+from metaheuristics.arrays import FloatArray, IntArray
 
 BOUND_RULES = ("clip", "reflect", "resample")
+
+NOWHERE: IntArray = np.empty(0, dtype=np.intp)
 
 
 def clip(X: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
@@ -44,14 +46,20 @@ def reflect(X: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
     FloatArray
         The same array, inside the box.
     """
-    outside = (lower > X) | (upper < X)
-    if np.count_nonzero(outside):
-        outside &= np.isfinite(X)
-        low = _pick(lower, outside)
-        width = _pick(upper, outside) - low
+    places = _find_outside(X, lower, upper)
+    if places.shape[0]:
+        low, high = _pick(lower, places, X.shape), _pick(upper, places, X.shape)
+        values = X.take(places)
+        finite = np.isfinite(values)
+        if np.count_nonzero(finite) < finite.size:
+            broken = ~finite
+            X.put(places[broken], clip(values[broken], low[broken], high[broken]))
+            return reflect(X, lower, upper)
+        width = high - low
         period = np.where(width > 0.0, 2.0 * width, 1.0)
-        X[outside] = low + (width - np.abs(np.mod(X[outside] - low, period) - width))
-    return clip(X, lower, upper)
+        mirrored = low + (width - np.abs(np.mod(values - low, period) - width))
+        X.put(places, clip(mirrored, low, high))
+    return X
 
 
 def resample(X: FloatArray, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> FloatArray:
@@ -71,12 +79,11 @@ def resample(X: FloatArray, lower: FloatArray, upper: FloatArray, rng: np.random
     FloatArray
         The same array, inside the box.
     """
-    outside = ~((lower <= X) & (upper >= X))
-    count = np.count_nonzero(outside)
-    if count:
-        low = _pick(lower, outside)
-        X[outside] = low + (_pick(upper, outside) - low) * rng.random(count)
-    return clip(X, lower, upper)
+    places = _find_outside(X, lower, upper)
+    if places.shape[0]:
+        low, high = _pick(lower, places, X.shape), _pick(upper, places, X.shape)
+        X.put(places, clip(low + (high - low) * rng.random(places.shape[0]), low, high))
+    return X
 
 
 def repair(
@@ -98,7 +105,17 @@ def repair(
     raise ValueError(f"The bound rule is {rule!r}, expected one of {', '.join(BOUND_RULES)}.")
 
 
-def _pick(bound: FloatArray, outside: BoolArray) -> FloatArray:
-    """Return the bounds (d,) or (p, d) of the coordinates marked in (p, d), one a mark."""
-    full = bound if bound.ndim == 2 else np.broadcast_to(bound, outside.shape)
-    return full[outside]
+def _find_outside(X: FloatArray, lower: FloatArray, upper: FloatArray) -> IntArray:
+    """Return the places, counted row by row, of the coordinates (p, d) that left the box or are NaN."""
+    inside = lower <= X
+    inside &= upper >= X
+    if np.count_nonzero(inside) == inside.size:
+        return NOWHERE
+    np.logical_not(inside, out=inside)
+    return inside.reshape(-1).nonzero()[0]
+
+
+def _pick(bound: FloatArray, places: IntArray, shape: tuple[int, ...]) -> FloatArray:
+    """Return the bounds (d,) or (p, d) at the places counted row by row in an array of that shape."""
+    full = bound if bound.ndim == len(shape) else np.broadcast_to(bound, shape)
+    return full.take(places)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from metaheuristics.arrays import FloatArray
+from metaheuristics.arrays import FloatArray, freeze
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,9 +73,16 @@ class Evaluation:
         """
         # Kept by hand: functools.cached_property takes a lock, which costs as much as the work itself.
         if self._scores is None:
-            object.__setattr__(self, "_scores", score(self.cost, self.total_violation))
+            total = self.total_violation if self.violation.shape[1] else list_zeros(self.cost.shape[0])
+            object.__setattr__(self, "_scores", score(self.cost, total))
         kept: tuple[FloatArray, FloatArray] = self._scores
         return kept
+
+
+@lru_cache(maxsize=64)
+def list_zeros(p: int) -> FloatArray:
+    """Return the total violation (p,) of candidates without constraints, read-only and kept."""
+    return freeze(np.zeros(p))
 
 
 def score(cost: FloatArray, violation: FloatArray) -> tuple[FloatArray, FloatArray]:

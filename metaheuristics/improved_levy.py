@@ -28,11 +28,20 @@ def find_levy_scale(exponent: float = LEVY_EXPONENT) -> float:
     return float((numerator / denominator) ** (1.0 / b))
 
 
+LEVY_SCALE = find_levy_scale()
+
+SMALLEST = float(np.finfo(np.float64).tiny)
+"""Keeps the denominator of a Levy step off zero."""
+
+
 def draw_levy(p: int, d: int, rng: np.random.Generator) -> FloatArray:
     """Return Levy steps (p, d), Eq. (44) of paper B: mu / |nu|^(1/1.5), mu ~ N(0, s^2), nu ~ N(0, 1)."""
-    mu = find_levy_scale() * rng.standard_normal((p, d))
-    nu = np.abs(rng.standard_normal((p, d)))
-    steps: FloatArray = mu / np.maximum(nu, np.finfo(np.float64).tiny) ** (1.0 / LEVY_EXPONENT)
+    steps: FloatArray = rng.standard_normal((p, d))
+    steps *= LEVY_SCALE
+    nu = rng.standard_normal((p, d))
+    np.abs(nu, out=nu)
+    np.maximum(nu, SMALLEST, out=nu)
+    steps /= nu ** (1.0 / LEVY_EXPONENT)
     return steps
 
 

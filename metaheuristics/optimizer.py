@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -46,6 +47,11 @@ class Frame:
     def dimension(self) -> int:
         """Number of variables d."""
         return int(self.lower.shape[0])
+
+    @cached_property
+    def largest_width(self) -> float:
+        """Width of the box where it is widest."""
+        return float(self.width.max())
 
 
 @dataclass(frozen=True, eq=False)

@@ -79,7 +79,10 @@ class FeasibleFirst(Ordering):
     ) -> BoolArray:
         """Compare violations first, then costs; see `Ordering.is_better`."""
         mine, other = self._counted(violation), self._counted(other_violation)
-        better: BoolArray = (mine < other) | ((mine == other) & (cost < other_cost))
+        better: BoolArray = cost < other_cost
+        if np.count_nonzero(mine) or np.count_nonzero(other):
+            better &= mine == other
+            better |= mine < other
         return better
 
     def sort(self, cost: FloatArray, violation: FloatArray) -> IntArray:

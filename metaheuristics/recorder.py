@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -120,9 +121,14 @@ def find_deviation(positions: FloatArray) -> FloatArray:
 
     By products with a weight vector: `numpy.std` takes four times longer for a small population.
     """
-    n = positions.shape[0]
-    weights = np.full(n, 1.0 / n)
+    weights = list_equal_weights(positions.shape[0])
     centred = positions - weights.dot(positions)
     centred *= centred
     deviation: FloatArray = np.sqrt(weights.dot(centred))
     return deviation
+
+
+@lru_cache(maxsize=64)
+def list_equal_weights(n: int) -> FloatArray:
+    """Return 1 / n, n times, read-only; kept, since every generation asks for the same."""
+    return freeze(np.full(n, 1.0 / n))

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 
-from metaheuristics.arrays import BoolArray, FloatArray, IntArray, freeze
+from metaheuristics.arrays import FloatArray, IntArray, freeze
 from metaheuristics.optimizer import INITIAL_PHASE, Frame, Optimizer, State
 from metaheuristics.ordering import Ordering
 
@@ -38,7 +38,7 @@ class SparrowState(State):
     leader, leader_cost, leader_violation
         (d,), its cost and violation: X_best, the best position so far.
     rows
-        (p,) rows of the population the last candidates belong to.
+        (p,) rows of the population the last candidates belong to, unless the phase alone says so.
     previous_cost
         Cost of the leader when the generation began.
     """
@@ -119,12 +119,19 @@ class SparrowSearch(Optimizer[SparrowState]):
         """One producer, and scroungers of both kinds."""
         return 4
 
-    @property
+    @cached_property
     def producer_count(self) -> int:
         """Number of producers, at least one and never everybody."""
         return min(max(round(self.producers * self.population), 1), self.population - 1)
 
-    @property
+    @cached_property
+    def flying_count(self) -> int:
+        """Number of scroungers that fly: ranks PD + 1 to n/2, with n as `hungry` reads it."""
+        n, count = self.population, self.producer_count
+        base = n if self.hungry == "population" else n - count
+        return min(max(base // 2 - count, 0), n - count)
+
+    @cached_property
     def scout_count(self) -> int:
         """Number of scouts."""
         return round(self.scouts * self.population)
@@ -162,12 +169,10 @@ class SparrowSearch(Optimizer[SparrowState]):
                 positions=state.positions.take(order, 0),
                 cost=state.cost.take(order),
                 violation=state.violation.take(order),
-                rows=list_rows(0, self.producer_count),
                 previous_cost=state.leader_cost,
             )
             return self.move_producers(state, rng), state
         if state.phase == SCROUNGERS:
-            state = state.evolve(rows=list_rows(self.producer_count, self.population))
             return self.move_scroungers(state, rng), state
         count = self.scout_count
         state = state.evolve(rows=rng.random(self.population).argsort()[:count])
@@ -181,12 +186,20 @@ class SparrowSearch(Optimizer[SparrowState]):
             return self.settle(state, X, cost, violation, False, phase=PRODUCERS)
         return self.settle(state, X, cost, violation, self.replacement == "greedy", **self.pass_turn(state))
 
-    def pass_turn(self, state: SparrowState) -> dict[str, int]:
+    def pass_turn(self, state: SparrowState) -> dict[str, Any]:
         """Return the phase after this one, and the generation if it ends here."""
         last = SCOUTS if self.scout_count else SCROUNGERS
         if state.phase < last:
             return {"phase": state.phase + 1}
         return {"phase": PRODUCERS, "generation": state.generation + 1}
+
+    def find_rows(self, state: SparrowState) -> slice | IntArray:
+        """Return the rows of the population the last candidates belong to."""
+        if state.phase == PRODUCERS:
+            return slice(0, self.producer_count)
+        if state.phase == SCROUNGERS:
+            return slice(self.producer_count, self.population)
+        return state.rows
 
     def settle(
         self,
@@ -198,21 +211,23 @@ class SparrowSearch(Optimizer[SparrowState]):
         **changes: Any,
     ) -> SparrowState:
         """Return the state with the candidates (p, d) in the population, only better ones if greedy."""
-        rows = state.rows
+        rows, ordering = self.find_rows(state), state.ordering
         if greedy:
-            better = state.ordering.is_better(
-                cost, violation, state.cost.take(rows), state.violation.take(rows)
-            ).nonzero()[0]
+            better = ordering.is_better(cost, violation, state.cost[rows], state.violation[rows]).nonzero()[0]
             if not better.shape[0]:
                 return state.evolve(**changes)
-            rows, X = rows.take(better), X.take(better, 0)
-            cost, violation = cost.take(better), violation.take(better)
-        positions, all_cost, all_violation = state.positions.copy(), state.cost.copy(), state.violation.copy()
-        positions[rows], all_cost[rows], all_violation[rows] = X, cost, violation
-        changes.update(positions=positions, cost=all_cost, violation=all_violation)
-        i = state.ordering.find_best(cost, violation)
-        c, excess = float(cost[i]), float(violation[i])
-        if state.ordering.beats(c, excess, state.leader_cost, state.leader_violation):
+            X, cost, violation = X.take(better, 0), cost.take(better), violation.take(better)
+            rows = better + rows.start if isinstance(rows, slice) else rows.take(better)
+        changes["positions"] = positions = state.positions.copy()
+        changes["cost"] = all_cost = state.cost.copy()
+        positions[rows], all_cost[rows] = X, cost
+        # Without constraints all violations are 0 and stay so.
+        if np.count_nonzero(violation) or np.count_nonzero(state.violation):
+            changes["violation"] = all_violation = state.violation.copy()
+            all_violation[rows] = violation
+        i = ordering.find_best(cost, violation)
+        c, excess = cost.item(i), violation.item(i)
+        if ordering.beats(c, excess, state.leader_cost, state.leader_violation):
             changes.update(leader=X[i], leader_cost=c, leader_violation=excess)
         return state.evolve(**changes)
 
@@ -240,7 +255,8 @@ class SparrowSearch(Optimizer[SparrowState]):
             return x + self.draw_normal(self.normal, p, d, rng)
         alpha = 1.0 - rng.random((p, 1 if self.alpha == "scalar" else d))
         alpha *= -state.frame.total_generations
-        shrink = np.exp(list_ranks(0, p) / alpha)
+        shrink = np.divide(list_ranks(0, p), alpha, out=alpha)
+        np.exp(shrink, out=shrink)
         if self.debiased:
             other = self.draw_others(state, p, rng)
             return x + shrink * rng.standard_normal((p, d)) * (x - other)
@@ -253,9 +269,7 @@ class SparrowSearch(Optimizer[SparrowState]):
         A+ = A^T (A A^T)^-1 = A^T / d. Debiased: the hungry ones go to X_r + N(0, 1) |X_r - X_i| with a random
         sparrow r, the others fly per coordinate.
         """
-        n, count = self.population, self.producer_count
-        base = n if self.hungry == "population" else n - count
-        near = min(max(base // 2 - count, 0), n - count)  # ranks count + 1 ... floor(base / 2)
+        count, near = self.producer_count, self.flying_count
         x = state.positions[count:]
         best = state.ordering.find_best(state.cost[:count], state.violation[:count])
         moved = np.empty_like(x)
@@ -266,10 +280,12 @@ class SparrowSearch(Optimizer[SparrowState]):
     def fly(self, x: FloatArray, target: FloatArray, rng: np.random.Generator) -> FloatArray:
         """Return X_p + |X_i - X_p| A+ L for sparrows x (p, d) and target X_p (d,)."""
         d = x.shape[1]
-        # |X_i - X_p| A, element by element
-        signed = np.copysign(x - target, rng.random(x.shape) - 0.5)
+        signs = rng.random(x.shape)
+        signs -= 0.5
+        signed = x - target
+        np.copysign(signed, signs, out=signed)  # |X_i - X_p| A, element by element
         if self.flight == "literal" and not self.debiased:
-            step: FloatArray = signed.sum(axis=1, keepdims=True)
+            step: FloatArray = np.add.reduce(signed, axis=1, keepdims=True)
             step /= d
             return target + step
         if self.flight == "coordinate" and not self.debiased:
@@ -286,7 +302,8 @@ class SparrowSearch(Optimizer[SparrowState]):
             return beside
         left: FloatArray = state.positions[-1] - x
         left /= list_squared_ranks(ahead, p)
-        np.minimum(left, LARGEST_EXPONENT, out=left)
+        if state.frame.largest_width > LARGEST_EXPONENT:
+            np.minimum(left, LARGEST_EXPONENT, out=left)
         np.exp(left, out=left)
         left *= self.draw_normal(self.normal, p, d, rng)
         return left
@@ -298,21 +315,19 @@ class SparrowSearch(Optimizer[SparrowState]):
         X_i + K |X_i - X_worst| / ((f_i - f_worst) + eps), K ~ U[-1, 1]. Best and worst are the present ones.
         Debiased: beta and K per coordinate, K |X_i - X_worst| without the division.
         """
-        x, cost = state.positions[state.rows], state.cost[state.rows]
+        x, cost = state.positions.take(state.rows, 0), state.cost.take(state.rows)
         p, d = x.shape
         beta = self.draw_beta(state, p, d, rng)
         factor = self.draw_scout_factor(state, p, d, rng)
-        moved = state.leader + beta * np.abs(x - state.leader)
-        at_best = self.find_at_best(state, cost, state.violation[state.rows])
+        moved: FloatArray = x - state.leader
+        np.abs(moved, out=moved)
+        moved *= beta
+        moved += state.leader
+        at_best = cost == state.leader_cost
         if np.count_nonzero(at_best):
+            at_best &= state.violation.take(state.rows) == state.leader_violation
             moved[at_best] = self.stir_best(state, x[at_best], cost[at_best], factor[at_best])
         return moved
-
-    def find_at_best(self, state: SparrowState, cost: FloatArray, violation: FloatArray) -> BoolArray:
-        """Return (p,) which sparrows are exactly as good as the leader: f_i = f_best."""
-        equal: BoolArray = cost == state.leader_cost
-        equal &= violation == state.leader_violation
-        return equal
 
     def stir_best(
         self, state: SparrowState, x: FloatArray, cost: FloatArray, factor: FloatArray
@@ -336,20 +351,16 @@ class SparrowSearch(Optimizer[SparrowState]):
 
     def draw_scout_factor(self, state: SparrowState, p: int, d: int, rng: np.random.Generator) -> FloatArray:
         """Return the step factors K of the scouts, (p, 1), debiased (p, d)."""
-        return rng.uniform(-1.0, 1.0, (p, d if self.debiased else 1))
-
-
-@lru_cache(maxsize=64)
-def list_rows(start: int, stop: int) -> IntArray:
-    """Return the row numbers (stop - start,), read-only; kept, since every generation asks for the same."""
-    rows = np.arange(start, stop)
-    rows.flags.writeable = False
-    return rows
+        # The same numbers as `rng.uniform`, which takes three times longer for so few.
+        factor = rng.random((p, d if self.debiased else 1))
+        factor *= 2.0
+        factor -= 1.0
+        return factor
 
 
 @lru_cache(maxsize=64)
 def list_ranks(ahead: int, p: int) -> FloatArray:
-    """Return the ranks i = ahead + 1 ... ahead + p as a column (p, 1), read-only."""
+    """Return the ranks i = ahead + 1 ... ahead + p as a column (p, 1), read-only and kept."""
     return freeze(np.arange(ahead + 1.0, ahead + p + 1.0)[:, None])
 
 

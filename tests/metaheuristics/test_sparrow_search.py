@@ -122,10 +122,10 @@ def test_scroungers_follow_the_best_of_the_moved_producers(scripted):
 def test_scouts_fly_around_the_best(scripted):
     optimizer = SparrowSearch(population=5)
     flock = make_flock(optimizer, FIVE, [5.0, 4.0, 2.0, 3.0, 6.0], phase=SCOUTS, rows=[1])
-    moved = optimizer.move_scouts(flock, scripted(standard_normal=[-0.5], uniform=[0.5]))
+    moved = optimizer.move_scouts(flock, scripted(standard_normal=[-0.5], random=[0.75]))
     assert moved[0] == pytest.approx([1.0 - 0.5 * 2.0, 1.0 - 0.5 * 1.0])
     free = SparrowSearch(population=5, beta="coordinate")
-    moved = free.move_scouts(flock, scripted(standard_normal=[[[-0.5, 2.0]]], uniform=[0.5]))
+    moved = free.move_scouts(flock, scripted(standard_normal=[[[-0.5, 2.0]]], random=[0.75]))
     assert moved[0] == pytest.approx([0.0, 3.0])
 
 
@@ -133,18 +133,18 @@ def test_a_scout_at_the_best_moves_by_its_distance_to_the_worst(scripted):
     flock_cost = [5.0, 4.0, 2.0, 3.0, 6.0]
     optimizer = SparrowSearch(population=5)
     flock = make_flock(optimizer, FIVE, flock_cost, phase=SCOUTS, rows=[2])
-    moved = optimizer.move_scouts(flock, scripted(standard_normal=[9.0], uniform=[0.5]))
+    moved = optimizer.move_scouts(flock, scripted(standard_normal=[9.0], random=[0.75]))
     # (1, 1) + 0.5 |(1, 1) - (4, 4)| / ((2 - 6) + eps) = (1, 1) - 1.5 / 4.
     assert moved[0] == pytest.approx([0.625, 0.625])
     free = SparrowSearch(population=5, debiased=True)
-    moved = free.move_scouts(flock, scripted(standard_normal=[9.0], uniform=[[[0.5, -1.0]]]))
+    moved = free.move_scouts(flock, scripted(standard_normal=[9.0], random=[[[0.75, 0.0]]]))
     assert moved[0] == pytest.approx([1.0 + 0.5 * 3.0, 1.0 - 3.0])
 
 
 def test_a_scout_at_the_best_stays_where_the_worst_is_broken(scripted):
     optimizer = SparrowSearch(population=5)
     flock = make_flock(optimizer, FIVE, [5.0, 4.0, 2.0, 3.0, np.inf], phase=SCOUTS, rows=[2])
-    moved = optimizer.move_scouts(flock, scripted(standard_normal=[9.0], uniform=[0.5]))
+    moved = optimizer.move_scouts(flock, scripted(standard_normal=[9.0], random=[0.75]))
     assert moved[0].tolist() == [1.0, 1.0]
 
 
