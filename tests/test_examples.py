@@ -6,9 +6,10 @@ import runpy
 from pathlib import Path
 
 import matplotlib
+import matplotlib.pyplot as plt
 import pytest
 
-EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.py"))
+EXAMPLES = sorted((Path(__file__).parent.parent / "examples").rglob("*.py"))
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
@@ -16,7 +17,7 @@ def test_an_example_runs_and_its_own_assertions_hold(path: Path, tmp_path: Path,
     matplotlib.use("Agg")
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(path), run_name="__main__")
-    matplotlib.pyplot.close("all")
+    plt.close("all")
     assert capsys.readouterr().out
 
 

@@ -46,7 +46,7 @@ class PaperB(Paper):
             ("ISSA of B, scaled", "issa-b@paper[encoding=scaled]"),
             ("random search, scaled", "random[encoding=scaled]"),
         ),
-        curves=((0, "free"), (3, "zero"), (7, "free")),
+        curves=((0, "free"), (3, "zero"), (3, "free"), (7, "free")),
     )
     stand_ins = (
         "How the joints are brought together is not said; the largest duration of each segment, over the joints that "

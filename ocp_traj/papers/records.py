@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.papers.experiments import Experiment
+from ocp_traj.papers.experiments import PUBLISHED_PROTOCOL, Experiment
 from ocp_traj.papers.paper import Paper
 
 if TYPE_CHECKING:
@@ -192,13 +192,14 @@ def _number(value: float | None) -> float | None:
 
 
 def plan(paper: Paper, seeds: int, reduced: bool) -> list[tuple[Experiment, int]]:
-    """Return every run a page needs."""
-    return [
+    """Return every run a page needs, those of the paper's own protocol first."""
+    runs = [
         (experiment, seed)
         for seed in range(seeds)
         for experiment in paper.experiments(reduced)
         if seed == 0 or not experiment.once
     ]
+    return sorted(runs, key=lambda run: run[0].group != PUBLISHED_PROTOCOL)
 
 
 def run_missing(

@@ -332,7 +332,7 @@ def test_the_timing_of_unique_domains_compares_equal_answers(form: str) -> None:
     )  # type: ignore[arg-type]
     assert timing.form == form
     assert timing.eight_branches.shape == timing.one_domain.shape == (3,)
-    assert timing.saving == 1.0 - np.median(timing.one_domain) / np.median(timing.eight_branches)
+    assert timing.saving == 1.0 - min(timing.one_domain) / min(timing.eight_branches)
 
 
 def test_the_timing_refuses_a_path_that_leaves_its_domain() -> None:
