@@ -13,10 +13,12 @@ import numpy as np
 
 from metaheuristics import Status
 from ocp_traj.arrays import Array, read_only
+from ocp_traj.audit import audit
 from ocp_traj.exceptions import InputError, TaskError, UnavailableError
 from ocp_traj.nlp import Nlp, RowBlock
 from ocp_traj.solvers.account import Account
-from ocp_traj.solvers.diagnosis import certain_conflict, elastic_phase, too_short
+from ocp_traj.solvers.diagnosis import certain_conflict, too_short
+from ocp_traj.solvers.diagnosis_elastic import elastic_phase
 from ocp_traj.solvers.plugins import (
     Stage,
     plugin_named,
@@ -42,6 +44,18 @@ LOOSE = 1e-3
 
 CONFLICT = 1e-5
 """Limits that must be broken by more than this part are in conflict; less is a solver's rounding."""
+
+RELAXATIONS = 3
+"""Elastic phases at most, each with the points added since the one before."""
+
+CONFIRMING = 150
+"""Iterations of the starts that have to fail, too, before a conflict is told."""
+
+MENDABLE_SCALE, MENDABLE_RATIO = 1.02, 1.0001
+"""Uniform slowing, and excess over a limit, up to which a motion counts as found: `solve` mends as much."""
+
+DOUBTS = 2
+"""Starts that have to fail, too, before a conflict found is believed."""
 
 CONDENSED_SAMPLES, MOST_SAMPLES = 16, 100
 """Samples a gap of the condensed form at first, and from when on they are not doubled any more."""
@@ -153,7 +167,7 @@ class Gradient(Solver):
         """Return the outcome of a task that cannot have a solution."""
         nlp = self._build(task, initial_guess(task), ExtraPoints(), None, account)
         nothing = np.full(len(nlp.g_lower), np.inf)
-        solution = account.solution(nlp, nlp.guess, np.inf, nothing, Status.INFEASIBLE, conflict)
+        solution = account.solution(nlp, nlp.guess, np.inf, nothing, Status.INFEASIBLE, "No motion is possible.")
         return Outcome(None, solution, account.counts, conflict)
 
     # More than one start -------------------------------------------------------------------------------------
@@ -161,43 +175,54 @@ class Gradient(Solver):
     def _recover(self, task: TrajectoryTask, account: Account, failed: Answer) -> tuple[Answer, str]:
         """Try again from elsewhere after a failure, or explain it; return an answer and the explanation.
 
-        The elastic phase either gives a feasible start or names what is in conflict; then one more start has to
-        fail, too.
+        A motion with fewer virtual knots is a start, and the answer if that fails too: the task contains it.
+        Otherwise the elastic phase either gives a feasible start or names what is in conflict; as it looks near
+        its start only, more starts have to fail, too.
         """
-        best, sentence = failed, ""
-        for guess in self._more_starts(task, account, failed):
-            if isinstance(guess, str):
-                sentence = guess
-                continue
-            answer = self._attempt(task, guess, account, continued=False)
+        sentence = too_short(task, lambda longer, sampled: self._shortest(longer, sampled, account))
+        if sentence:
+            return replace(failed, status=Status.INFEASIBLE), sentence
+        best, sentence = self._relax(task, account, failed)
+        if best.solved:
+            return best, ""
+        starts, solver = self.attempts - 1, self
+        if sentence:
+            starts, solver = DOUBTS, replace(self, iterations=min(self.iterations, CONFIRMING))
+        for guess in other_starts(task, np.random.default_rng(account.request.seed), starts):
+            if account.exhausted():
+                break
+            answer = solver._attempt(task, guess, account, continued=False)
             best = min(best, answer, key=lambda each: each.rank)
             if best.solved:
                 return best, ""
-            if sentence or account.exhausted():
-                break
         stop = account.exhausted()
         if stop is not None:
             return replace(best, status=stop), ""
         return (replace(best, status=Status.INFEASIBLE) if sentence else best), sentence
 
-    def _more_starts(
-        self, task: TrajectoryTask, account: Account, failed: Answer
-    ) -> Iterator[Trajectory | str]:
-        """Yield motions to start from, and a sentence once a conflict is found."""
-        if account.exhausted():
-            return
-        sentence = too_short(task, lambda longer: self._shortest(longer, account))
-        if sentence:
-            yield sentence
-            return
-        if isinstance(failed.nlp, LiftedNlp) and failed.nlp.derivatives:
-            least = elastic_phase(failed.nlp, np.asarray(failed.nlp.guess), account)
-            if least is not None:
-                yield least.sentence if least.excess > CONFLICT else least.trajectory
-        yield from other_starts(task, np.random.default_rng(account.request.seed), self.attempts - 1)
+    def _relax(self, task: TrajectoryTask, account: Account, failed: Answer) -> tuple[Answer, str]:
+        """Start from motions of the elastic phase until one leads to a solution or a conflict has a name.
 
-    def _shortest(self, task: TrajectoryTask, account: Account) -> float | None:
-        answer = self._attempt(task, None, account, continued=True)
+        An attempt may fail when points between samples are added; the elastic phase then takes those, too.
+        """
+        best = answer = failed
+        for _ in range(RELAXATIONS):
+            if account.exhausted() or not (isinstance(answer.nlp, LiftedNlp) and answer.nlp.derivatives):
+                break
+            least = elastic_phase(answer.nlp, np.asarray(answer.nlp.guess), account)
+            if least is None:
+                break
+            if least.excess > CONFLICT:
+                return best, least.sentence
+            answer = self._attempt(task, least.trajectory, account, continued=False)
+            best = min(best, answer, key=lambda each: each.rank)
+            if best.solved:
+                break
+        return best, ""
+
+    def _shortest(self, task: TrajectoryTask, sampled: bool, account: Account) -> float | None:
+        solver = replace(self, rounds=0) if sampled else self
+        answer = solver._attempt(task, None, account, continued=True)
         return answer.trajectory.duration if answer.solved else None
 
     def _best_of_starts(self, task: TrajectoryTask, account: Account, first: Answer) -> Answer:
@@ -233,7 +258,8 @@ class Gradient(Solver):
             nlp = self._build(task, start, extra, layout, account, samples)
             found = self._call(nlp, account, warm=guess is not None, before=answer)
             if not found.solved:
-                return found if answer is None else replace(answer, message=found.message)
+                usable = answer is not None and _can_be_mended(task, answer.trajectory)
+                return replace(answer, message=found.message) if usable and answer is not None else found
             answer, layout = found, nlp.layout if isinstance(nlp, LiftedNlp) else None
             moving = np.arange(task.n) if layout is None else layout.moving
             broken = broken_points(task, answer.trajectory, moving, compiled=self.compiled)
@@ -336,6 +362,14 @@ def _read_answer(nlp: Nlp, answer: dict[str, Any], status: Status, message: str)
     if not np.isfinite(x).all():
         x, status = np.asarray(nlp.guess), Status.FAILED
     return Answer(nlp, x, nlp.decode(x), status, message, cost, nlp.violations(g), on_rows, on_bounds)
+
+
+def _can_be_mended(task: TrajectoryTask, trajectory: Trajectory) -> bool:
+    """Return whether a motion keeps its limits but for what a little slowing or a tighter solve takes away."""
+    verdict = audit(task, trajectory)
+    scale, worst = verdict.smallest_feasible_scale, verdict.worst
+    slowing = scale is not None and scale <= MENDABLE_SCALE
+    return verdict.feasible or slowing or (worst is not None and worst.ratio <= MENDABLE_RATIO)
 
 
 def _no_answer(nlp: Nlp, message: str) -> Answer:
