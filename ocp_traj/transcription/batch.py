@@ -8,7 +8,8 @@ those blocks as they are.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
+from math import comb
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ import numpy as np
 from ocp_traj.arrays import Array, read_only
 from ocp_traj.spline import Family, Piece, get_family
 from ocp_traj.spline.family import UniformFamily
-from ocp_traj.spline.hermite import derivative_row, hermite_matrix
+from ocp_traj.spline.hermite import derivative_row, falling, hermite_matrix
 from ocp_traj.spline.three_five_three import ThreeFiveThree, cubic_end
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.transcription.curve import decided_knots, end_conditions
@@ -45,32 +46,77 @@ class CurveBatch:
         """Degree of the states."""
         return int(self.states.shape[1]) - 1
 
-    def sample(self, order: int, fractions: tuple[float, ...], out: Array | None = None) -> Array:
-        """Return a derivative at `fractions` of every segment, (n, N, S, p)."""
-        return self.combine(sample_rows(self.degree, order, fractions), order, out)
+    @cached_property
+    def inverse_powers(self) -> list[Array]:
+        """1, 1 / h, 1 / h^2, 1 / h^3; each (S, p)."""
+        inverse = 1.0 / self.h
+        return [np.ones_like(self.h), inverse, inverse * inverse, inverse * inverse * inverse]
 
-    def combine(self, rows: Array, order: int, out: Array | None = None) -> Array:
-        """Return rows (N, degree + 1) times the states over h^order, (n, N, S, p)."""
-        states = self.states if order == 0 else self._rise_states(order)
-        n, _, segments, p = states.shape
-        out = np.empty((n, len(rows), segments, p)) if out is None else out
-        np.matmul(rows, states.reshape(n, -1, segments * p), out=out.reshape(n, -1, segments * p))
-        return out
-
-    def _rise_states(self, order: int) -> Array:
-        """Return the states over h^order, positions measured from the segment's start.
+    @cached_property
+    def rise(self) -> Array:
+        """The states with positions measured from the segment's start, for derivatives.
 
         A joint that stands still then has derivatives of exactly 0, whose sign friction asks for.
         """
-        inverse = 1.0 / self.h
-        power = inverse
-        for _ in range(order - 1):
-            power = power * inverse
-        states = self.states * power
-        end = self.states.shape[1] // 2
-        states[:, end] = (self.states[:, end] - self.states[:, 0]) * power
-        states[:, 0] = 0.0
-        return states
+        rise = self.states.copy()
+        rise[:, self.states.shape[1] // 2] -= self.states[:, 0]
+        rise[:, 0] = 0.0
+        return rise
+
+    @cached_property
+    def slopes(self) -> Array:
+        """Ascending coefficients of the derivative by tau, (n, degree, S, p)."""
+        return _combine(power_rows(self.degree, 1, self.degree + 1), self.rise)
+
+    def sample(self, order: int, fractions: tuple[float, ...], out: Array | None = None) -> Array:
+        """Return a derivative at `fractions` of every segment, (n, N, S, p)."""
+        states = self.rise * self.inverse_powers[order] if order else self.states
+        return _combine(sample_rows(self.degree, order, fractions), states, out)
+
+    def coefficients(self, order: int) -> Array:
+        """Return the ascending coefficients of derivative `order` >= 1 by tau, (n, degree + 1 - order, S, p)."""
+        if order == 1:
+            return self.slopes
+        factors = [falling(power, order) / power for power in range(order, self.degree + 1)]
+        result: Array = self.slopes[:, order - 1 :] * np.array(factors)[:, None, None]
+        return result
+
+
+def _combine(rows: Array, states: Array, out: Array | None = None) -> Array:
+    """Return rows (N, degree + 1) times states (n, degree + 1, S, p), (n, N, S, p)."""
+    n, _, segments, p = states.shape
+    out = np.empty((n, len(rows), segments, p)) if out is None else out
+    np.matmul(rows, states.reshape(n, -1, segments * p), out=out.reshape(n, -1, segments * p))
+    return out
+
+
+def hull(curves: CurveBatch) -> Array:
+    """Return the Bernstein coefficients of the positions, (n, degree + 1, S, p)."""
+    return _combine(bernstein_rows(curves.degree, 0), curves.states)
+
+
+@lru_cache
+def power_rows(degree: int, order: int, terms: int) -> Array:
+    """Return the matrix from scaled end states to ascending coefficients of a derivative by tau.
+
+    Only the first `terms` coefficients of the polynomial itself are kept; a cubic held as a quintic has four.
+    """
+    matrix = hermite_matrix(degree)[order:terms]
+    factors = np.array([falling(power, order) for power in range(order, terms)])
+    return read_only(matrix * factors[:, None])
+
+
+@lru_cache
+def bernstein_change(degree: int) -> Array:
+    """Return the matrix from ascending coefficients to Bernstein coefficients of one degree."""
+    rows = range(degree + 1)
+    return read_only([[comb(i, k) / comb(degree, k) for k in rows] for i in rows])
+
+
+@lru_cache
+def bernstein_rows(degree: int, order: int) -> Array:
+    """Return the matrix from scaled end states to the Bernstein coefficients of a derivative by tau."""
+    return read_only(bernstein_change(degree - order) @ power_rows(degree, order, degree + 1))
 
 
 @lru_cache

@@ -1,21 +1,20 @@
-"""Rows that Bernstein coefficients can decide: exact extrema, and positions.
+"""Rows with closed-form extrema, and positions.
 
-A polynomial stays between its smallest and its largest Bernstein coefficient, so where both are inside the limits
-there is nothing to solve and the violation is 0. Closed-form extrema, or samples, are worked out only for the
-segments, joints and candidates that may be outside.
+A polynomial stays between its smallest and its largest Bernstein coefficient. Where finding extrema is dear (the
+quartic velocity of a quintic), they are worked out only for the segments, joints and candidates whose coefficients
+are outside the limits; positions are sampled only there.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
-from math import comb
 from typing import Any
 
 import numpy as np
 
-from ocp_traj.arrays import Array, read_only
-from ocp_traj.spline.hermite import falling, hermite_matrix
-from ocp_traj.transcription.batch import CurveBatch, sample_rows
+from ocp_traj.arrays import Array
+from ocp_traj.transcription.batch import CurveBatch, bernstein_change, hull, sample_rows
 from ocp_traj.transcription.blocks import Block
 from ocp_traj.transcription.extrema import ArrayOperations, extremes
 
@@ -24,47 +23,22 @@ ARRAYS = ArrayOperations()
 ROUNDING = 1e-12
 """Share of its scale by which a Bernstein coefficient of a position may be outside: a waypoint on its limit is."""
 
-
-@lru_cache
-def power_rows(degree: int, order: int, terms: int) -> Array:
-    """Return the matrix from scaled end states to ascending coefficients of a derivative by tau.
-
-    Only the first `terms` coefficients of the polynomial itself are kept; a cubic held as a quintic has four.
-    """
-    matrix = hermite_matrix(degree)[order:terms]
-    factors = np.array([falling(power, order) for power in range(order, terms)])
-    return read_only(matrix * factors[:, None])
-
-
-@lru_cache
-def bernstein_rows(degree: int, order: int) -> Array:
-    """Return the matrix from scaled end states to the Bernstein coefficients of a derivative by tau."""
-    top = degree - order
-    change = np.array([[comb(i, k) / comb(top, k) for k in range(top + 1)] for i in range(top + 1)])
-    return read_only(change @ power_rows(degree, order, degree + 1))
+CHEAP = 3
+"""Highest degree whose extrema cost less than the question whether they are needed."""
 
 
 def write_exact(curves: CurveBatch, order: int, block: Block, out: Array) -> None:
     """Write by how much the largest and the smallest value are outside, (k, 2, S, p)."""
-    hull = _hull(curves, order, block)
-    lower, upper = _side(block.lower), _side(block.upper)
-    first, last = hull[:, 0], hull[:, -1]
-    # Right where the polynomial is monotone, and a start for the others.
-    _write_sides(np.maximum(first, last), np.minimum(first, last), lower, upper, out)
-    if hull.shape[1] <= 2:
-        return
-    outside = ((hull.max(axis=1) > upper) | (hull.min(axis=1) < lower)) & ~_is_monotone(hull)
-    for entries, largest, smallest in _exact_extremes(curves, order, block, outside):
-        k, s, _ = entries
-        found = np.empty((1, 2, len(k)))
-        _write_sides(largest, smallest, block.lower[k, s], block.upper[k, s], found)
-        out[k, :, s, entries[2]] = found[0].T
+    lower, upper = (side[:, None, :, None] for side in (block.lower, block.upper))
 
+    def outside(largest: Array, smallest: Array, segments: Any) -> Any:
+        return (largest > upper[:, 0, segments]) | (smallest < lower[:, 0, segments])
 
-def _is_monotone(hull: Array) -> Any:
-    """Return where the Bernstein coefficients (k, N, S, p), so the polynomial too, only rise or only fall."""
-    steps = hull[:, 1:] - hull[:, :-1]
-    return (steps.min(axis=1) >= 0.0) | (steps.max(axis=1) <= 0.0)
+    _write_extremes(curves, order, block, outside, out)
+    below = lower - out
+    out -= upper
+    np.maximum(out, below, out=out)
+    np.maximum(out, 0.0, out=out)
 
 
 def largest_ratio(curves: CurveBatch, order: int, block: Block, floor: Array) -> Array:
@@ -72,75 +46,75 @@ def largest_ratio(curves: CurveBatch, order: int, block: Block, floor: Array) ->
 
     `floor` is what is known already: extrema that cannot exceed it are not worked out.
     """
-    hull = _hull(curves, order, block)
-    upper, lower = _inverse(block.upper), _inverse(block.lower)
-    ends = hull[:, (0, -1)]
-    at_ends = _ratio(ends.max(axis=1), ends.min(axis=1), upper, lower).max(axis=(0, 1))
-    floor = np.array(np.maximum(floor, at_ends))
-    if hull.shape[1] <= 2:
-        return floor
-    bound = _ratio(hull.max(axis=1), hull.min(axis=1), upper, lower)
-    bound[_is_monotone(hull)] = 0.0
-    for entries, largest, smallest in _exact_extremes(curves, order, block, bound > floor):
-        k, s, candidates = entries
-        ratio = _ratio(largest, smallest, upper[k, s, 0], lower[k, s, 0])
-        np.maximum.at(floor, candidates, ratio)
-    return floor
+    with np.errstate(divide="ignore"):
+        lower, upper = (1.0 / side[:, :, None] for side in (block.lower, block.upper))
+
+    def exceeding(largest: Array, smallest: Array, segments: Any) -> Any:
+        return _ratio(largest, smallest, upper[:, segments], lower[:, segments]) > floor
+
+    values = np.empty((*lower.shape[:1], 2, *curves.h.shape))
+    _write_extremes(curves, order, block, exceeding, values)
+    ratio = _ratio(values[:, 0], values[:, 1], upper, lower).max(axis=(0, 1))
+    result: Array = np.maximum(floor, ratio)
+    return result
 
 
 def write_positions(curves: CurveBatch, block: Block, out: Array) -> None:
     """Write by how much sampled positions are outside, (k, N, S, p)."""
-    hull = _hull(curves, 0, block)
-    outside = (hull.max(axis=1) > _side(block.upper + ROUNDING)) | (
-        hull.min(axis=1) < _side(block.lower - ROUNDING)
+    coefficients = hull(curves)
+    if len(block.joints) < len(coefficients):
+        coefficients = coefficients[block.joints]
+    highest, lowest = (
+        (side * block.scale)[:, :, None] for side in (block.upper + ROUNDING, block.lower - ROUNDING)
     )
+    outside = (coefficients.max(axis=1) > highest) | (coefficients.min(axis=1) < lowest)
     out[...] = 0.0
-    if not outside.any():
-        return
     k, s, candidate = np.nonzero(outside)
+    if not len(k):
+        return
     states = curves.states[np.asarray(block.joints)[k], :, s, candidate]
     values = sample_rows(curves.degree, 0, block.fractions) @ states.T / block.scale[k, s]
     over = np.maximum(np.maximum(values - block.upper[k, s], block.lower[k, s] - values), 0.0)
     out[k, :, s, candidate] = over.T
 
 
-def _hull(curves: CurveBatch, order: int, block: Block) -> Array:
-    """Return the Bernstein coefficients divided by the block's scale, (k, degree - order + 1, S, p)."""
-    hull = curves.combine(bernstein_rows(curves.degree, order), order)
-    if len(block.joints) < len(hull):
-        hull = hull[block.joints]
-    scaled: Array = hull * (1.0 / block.scale)[:, None, :, None]
-    return scaled
+@lru_cache
+def _groups(degrees: tuple[int, ...]) -> tuple[tuple[int, slice], ...]:
+    """Return (degree, segments) of neighbouring segments of one degree; the first and the last may be neighbours."""
+    last = len(degrees) - 1
+    if last > 1 and degrees[0] == degrees[last] and set(degrees[1:last]) != {degrees[0]}:
+        inner = tuple(
+            (degree, slice(run.start + 1, run.stop + 1)) for degree, run in _groups(degrees[1:last])
+        )
+        return ((degrees[0], slice(0, last + 1, last)), *inner)
+    starts = [k for k in range(last + 1) if k == 0 or degrees[k] != degrees[k - 1]]
+    return tuple((degrees[a], slice(a, b)) for a, b in zip(starts, [*starts[1:], last + 1]))
 
 
-def _exact_extremes(curves: CurveBatch, order: int, block: Block, wanted: Any) -> list[Any]:
-    """Return (entries, largest, smallest) of the wanted (k, S, p), one group a degree, scaled."""
-    groups = []
-    for degree in sorted(set(curves.degrees)):
-        chosen = np.array([own == degree for own in curves.degrees])
-        entries = np.nonzero(wanted & chosen[:, None])
-        k, s, candidates = entries
-        if not len(k):
+def _write_extremes(
+    curves: CurveBatch, order: int, block: Block, decide: Callable[[Array, Array, Any], Any], out: Array
+) -> None:
+    """Write the largest and the smallest scaled value, (k, 2, S, p).
+
+    `decide` says from upper and lower bounds on the values (k, S', p) of some segments where extrema are needed; the
+    values at the ends stand where they are not.
+    """
+    coefficients = curves.coefficients(order)
+    if len(block.joints) < len(coefficients):
+        coefficients = coefficients[block.joints]
+    coefficients = coefficients * (curves.inverse_powers[order] / block.scale[:, :, None])[:, None]
+    for degree, segments in _groups(curves.degrees):
+        own = coefficients[:, : degree + 1 - order, segments].swapaxes(0, 1)
+        if len(own) - 1 <= CHEAP:
+            out[:, 0, segments], out[:, 1, segments] = extremes(own, ARRAYS)
             continue
-        states = curves.states[np.asarray(block.joints)[k], :, s, candidates]
-        coefficients = power_rows(curves.degree, order, degree + 1) @ states.T
-        coefficients /= curves.h[s, candidates] ** order * block.scale[k, s]
-        groups.append((entries, *extremes(list(coefficients), ARRAYS)))
-    return groups
-
-
-def _write_sides(largest: Array, smallest: Array, lower: Array, upper: Array, out: Array) -> None:
-    for row, value in enumerate((largest, smallest)):
-        out[:, row] = np.maximum(np.maximum(value - upper, lower - value), 0.0)
-
-
-def _side(bounds: Array) -> Array:
-    return bounds[:, :, None]
-
-
-def _inverse(bounds: Array) -> Array:
-    with np.errstate(divide="ignore"):
-        return _side(1.0 / bounds)
+        hulls = np.matmul(bernstein_change(degree - order), np.ascontiguousarray(own).reshape(len(own), -1))
+        hulls = hulls.reshape(own.shape)
+        largest, smallest = (np.asarray(pick(own[0], hulls[-1])) for pick in (np.maximum, np.minimum))
+        wanted = decide(hulls.max(axis=0), hulls.min(axis=0), segments)
+        if np.count_nonzero(wanted):
+            largest[wanted], smallest[wanted] = extremes(own[:, wanted], ARRAYS)
+        out[:, 0, segments], out[:, 1, segments] = largest, smallest
 
 
 def _ratio(largest: Array, smallest: Array, upper: Array, lower: Array) -> Array:

@@ -6,6 +6,7 @@ a gradient solver see the same numbers.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import pi
 from typing import Any, Protocol
 
@@ -27,9 +28,18 @@ class Operations(Protocol):
     maximum: Any
     minimum: Any
 
+    def each(self, function: Callable[[Any], Any], values: list[Any]) -> Any:
+        """Return the function of each value."""
+
+    def differentiate(self, coefficients: Any) -> Any:
+        """Return the coefficients of the derivative."""
+
+    def normalise(self, coefficients: Any) -> Any:
+        """Return the coefficients divided by the sum of their magnitudes."""
+
 
 class ArrayOperations:
-    """NumPy."""
+    """NumPy; what is done to every root is done to all roots at once."""
 
     where: Any = staticmethod(np.where)
     sqrt: Any = staticmethod(np.sqrt)
@@ -39,6 +49,19 @@ class ArrayOperations:
     absolute: Any = staticmethod(np.absolute)
     maximum: Any = staticmethod(np.maximum)
     minimum: Any = staticmethod(np.minimum)
+
+    def each(self, function: Callable[[Any], Any], values: list[Any]) -> Any:
+        """Return the function of each value, along the first axis."""
+        return function(np.stack(values))
+
+    def differentiate(self, coefficients: Any) -> Any:
+        """Return the coefficients of the derivative, in one array."""
+        powers = np.arange(1.0, len(coefficients))
+        return coefficients[1:] * powers.reshape(-1, *(1,) * (coefficients.ndim - 1))
+
+    def normalise(self, coefficients: Any) -> Any:
+        """Return the coefficients divided by the sum of their magnitudes, in one array."""
+        return coefficients / (np.absolute(coefficients).sum(axis=0) + 1e-300)
 
 
 class SymbolicOperations:
@@ -57,41 +80,55 @@ class SymbolicOperations:
         # The small shift keeps the derivative of the real cube root finite at 0.
         self.cbrt: Any = lambda x: ca.sign(x) * (ca.fabs(x) + 1e-300) ** (1.0 / 3.0)
 
+    def each(self, function: Callable[[Any], Any], values: list[Any]) -> Any:
+        """Return the function of each value, in a list."""
+        return [function(value) for value in values]
 
-def extremes(coefficients: list[Any], ops: Operations) -> tuple[Any, Any]:
+    def differentiate(self, coefficients: Any) -> Any:
+        """Return the coefficients of the derivative, in a list."""
+        return [power * value for power, value in enumerate(coefficients)][1:]
+
+    def normalise(self, coefficients: Any) -> Any:
+        """Return the coefficients divided by the sum of their magnitudes, in a list."""
+        scale = sum((self.absolute(value) for value in coefficients), 1e-300)
+        return [value / scale for value in coefficients]
+
+
+def extremes(coefficients: Any, ops: Operations) -> tuple[Any, Any]:
     """Return (largest, smallest) value on [0, 1] of the polynomial with ascending coefficients, degree <= 4.
 
     A point computed as critical only approximately costs the square of its error, so the closed forms below are
-    exact to rounding wherever an extremum matters.
+    exact to rounding wherever an extremum matters. `coefficients` is an array whose first axis is the power, or a
+    list of symbols.
     """
-    start, end = coefficients[0], sum(coefficients[1:], coefficients[0])
+    start, end = coefficients[0], evaluate(coefficients, 1.0)
     largest, smallest = ops.maximum(start, end), ops.minimum(start, end)
-    derivative = [power * value for power, value in enumerate(coefficients)][1:]
-    for root in _roots(derivative, ops):
-        at = ops.minimum(ops.maximum(root, 0.0), 1.0)
-        value = evaluate(coefficients, at)
+    if len(coefficients) < 3:
+        return largest, smallest
+
+    def value_inside(root: Any) -> Any:
+        return evaluate(coefficients, ops.minimum(ops.maximum(root, 0.0), 1.0))
+
+    for value in ops.each(value_inside, _roots(ops.differentiate(coefficients), ops)):
         largest, smallest = ops.maximum(largest, value), ops.minimum(smallest, value)
     return largest, smallest
 
 
-def evaluate(coefficients: list[Any], t: Any) -> Any:
+def evaluate(coefficients: Any, t: Any) -> Any:
     """Horner's rule."""
     value = coefficients[-1]
-    for coefficient in reversed(coefficients[:-1]):
-        value = value * t + coefficient
+    for power in range(len(coefficients) - 2, -1, -1):
+        value = value * t + coefficients[power]
     return value
 
 
-def _roots(coefficients: list[Any], ops: Operations) -> list[Any]:
+def _roots(coefficients: Any, ops: Operations) -> list[Any]:
     """Return real numbers among which all real roots are; where there are fewer, any number fills up."""
     degree = len(coefficients) - 1
-    if degree <= 0:
-        return []
-    scale = sum((ops.absolute(value) for value in coefficients[1:]), ops.absolute(coefficients[0])) + 1e-300
-    monic = [value / scale for value in coefficients]
-    leading = ops.where(ops.absolute(monic[-1]) < TINY, TINY, monic[-1])
     if degree == 1:
-        return [-monic[0] / leading]
+        return [-coefficients[0] / ops.where(coefficients[1] == 0, 1.0, coefficients[1])]
+    monic = ops.normalise(coefficients)
+    leading = ops.where(ops.absolute(monic[-1]) < TINY, TINY, monic[-1])
     if degree == 2:
         return _quadratic_roots(monic[0], monic[1], leading, ops)
     if degree == 3:
@@ -107,28 +144,25 @@ def _quadratic_roots(c: Any, b: Any, a: Any, ops: Operations) -> list[Any]:
     return [half / a, c / half]
 
 
-def _guarded_cubic_roots(monic: list[Any], ops: Operations) -> list[Any]:
+def _guarded_cubic_roots(monic: Any, ops: Operations) -> list[Any]:
     """Roots of a cubic whose leading coefficient may vanish: then those of the quadratic start the polishing."""
     flat = ops.absolute(monic[3]) < 1e-5
     leading = ops.where(flat, 1.0, monic[3])
     square = ops.where(ops.absolute(monic[2]) < TINY, TINY, monic[2])
     fallback = [*_quadratic_roots(monic[0], monic[1], square, ops), 0.0]
-    roots = []
-    for root, other in zip(
-        _cubic_roots(monic[0] / leading, monic[1] / leading, monic[2] / leading, ops), fallback
-    ):
-        at = _polish(monic, ops.where(flat, other, root), ops)
-        roots.append(_polish(monic, at, ops))
-    return roots
+    roots = _cubic_roots(monic[0] / leading, monic[1] / leading, monic[2] / leading, ops)
+    starts = [ops.where(flat, other, root) for root, other in zip(roots, fallback)]
+    slope = ops.differentiate(monic)
+    return list(ops.each(lambda root: _polish(monic, slope, _polish(monic, slope, root, ops), ops), starts))
 
 
 def _cubic_roots(c: Any, b: Any, a: Any, ops: Operations) -> list[Any]:
     """Roots of t^3 + a t^2 + b t + c: trigonometric for three real ones, Cardano's for one."""
     shift = a / 3
     p = b - a * shift
-    q = c - shift * b + 2 * shift**3
+    q = c - shift * b + 2 * shift * shift * shift
     third = p / 3
-    discriminant = q * q / 4 + third**3
+    discriminant = q * q / 4 + third * third * third
     one_real = discriminant > 0
     radical = ops.sqrt(ops.maximum(discriminant, 0.0) + 1e-300)
     # Take the larger cube root, the other follows from their product -p / 3.
@@ -136,18 +170,19 @@ def _cubic_roots(c: Any, b: Any, a: Any, ops: Operations) -> list[Any]:
     u = ops.cbrt(base)
     single = u - third / ops.where(ops.absolute(u) < 1e-100, 1e-100, u)
     radius = ops.sqrt(ops.maximum(-third, 0.0) + 1e-300)
-    angle = ops.arccos(ops.minimum(ops.maximum(-q / (2 * radius**3 + 1e-300), -1 + 1e-16), 1 - 1e-16)) / 3
-    roots = []
-    for turn in (0.0, 2 * pi / 3, 4 * pi / 3):
-        roots.append(ops.where(one_real, single, 2 * radius * ops.cos(angle - turn)) - shift)
-    return roots
+    cosine = -q / (2 * radius * radius * radius + 1e-300)
+    angle = ops.arccos(ops.minimum(ops.maximum(cosine, -1 + 1e-16), 1 - 1e-16)) / 3
+
+    def root(turned: Any) -> Any:
+        return ops.where(one_real, single, 2 * radius * ops.cos(turned)) - shift
+
+    return list(ops.each(root, [angle - turn for turn in (0.0, 2 * pi / 3, 4 * pi / 3)]))
 
 
-def _polish(coefficients: list[Any], root: Any, ops: Operations) -> Any:
-    """One guarded Newton step for a root inside (or near) [0, 1]."""
-    derivative = [power * value for power, value in enumerate(coefficients)][1:]
+def _polish(coefficients: Any, slope: Any, root: Any, ops: Operations) -> Any:
+    """One guarded Newton step for a root inside (or near) [0, 1]; `slope` is the derivative."""
     at = ops.minimum(ops.maximum(root, -1.0), 2.0)
-    slope = evaluate(derivative, at)
-    slope = ops.where(ops.absolute(slope) < 1e-8, 1e-8, slope)
-    step = ops.minimum(ops.maximum(evaluate(coefficients, at) / slope, -1e-2), 1e-2)
+    steep = evaluate(slope, at)
+    steep = ops.where(ops.absolute(steep) < 1e-8, 1e-8, steep)
+    step = ops.minimum(ops.maximum(evaluate(coefficients, at) / steep, -1e-2), 1e-2)
     return at - step

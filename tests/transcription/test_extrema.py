@@ -43,7 +43,7 @@ def polynomials(degree: int) -> np.ndarray:
 @pytest.mark.parametrize("degree", [0, 1, 2, 3, 4])
 def test_arrays_find_the_largest_and_the_smallest_value(degree: int) -> None:
     rows = polynomials(degree)
-    largest, smallest = extremes(list(rows.T), ArrayOperations())
+    largest, smallest = extremes(rows.T, ArrayOperations())
     for row, high, low in zip(rows, largest, smallest):
         expected_high, expected_low = brute_force(row)
         size = max(np.abs(row).max(), 1e-300)
@@ -56,7 +56,7 @@ def test_symbols_say_what_arrays_say(degree: int) -> None:
     rows = polynomials(degree)
     symbols = [ca.SX.sym(f"c{power}") for power in range(degree + 1)]
     function = ca.Function("extremes", symbols, list(extremes(symbols, SymbolicOperations())))
-    largest, smallest = extremes(list(rows.T), ArrayOperations())
+    largest, smallest = extremes(rows.T, ArrayOperations())
     for row, high, low in zip(rows, largest, smallest):
         size = max(np.abs(row).max(), 1e-300)
         values = np.array([float(value) for value in function(*row)])
@@ -65,4 +65,4 @@ def test_symbols_say_what_arrays_say(degree: int) -> None:
 
 def test_a_degree_without_closed_form_is_refused() -> None:
     with pytest.raises(ValueError, match="closed form of degree 4 asked for, expected at most 3"):
-        extremes([np.ones(1)] * 6, ArrayOperations())
+        extremes(np.ones((6, 1)), ArrayOperations())
