@@ -26,8 +26,17 @@ IMPROVED: Methods = (
 )
 """The papers' proposals with their printed settings; each also meets the cases of the other papers."""
 
-ONCE: Methods = (("IPOPT", "ipopt"),)
-"""Solvers without evaluations to share out: they run once, with seed 0."""
+GRADIENT: Methods = (("IPOPT", "ipopt"), ("Uno", "uno"), ("SLEQP", "sleqp"), ("Fatrop", "fatrop"))
+"""They have no evaluations to share out and no seed: they run once."""
+
+HYBRID: Methods = (
+    ("PSO, then IPOPT", "pso+ipopt"),
+    ("SSA, then IPOPT", "ssa+ipopt"),
+    ("ISSA of A, then IPOPT", "issa+ipopt"),
+    ("CMA-ES, then IPOPT", "cmaes+ipopt"),
+    ("IPOPT from several starts", "ipopt-multistart"),
+)
+"""They run once too, with the same budget as the populations."""
 
 
 @dataclass(frozen=True)
@@ -125,10 +134,13 @@ class Protocol:
         methods += tuple(entry for entry in IMPROVED if entry[0] not in known)
         kept = methods[:: 4 if reduced else 1]
         spent = max(200, self.budget // 50) if reduced else self.budget
-        once = (("IPOPT", "ipopt[iterations=2,rounds=1]"),) if reduced else ONCE
+        quick: Methods = (("IPOPT", "ipopt[iterations=2,rounds=1]"),)
+        gradient = quick if reduced else _usable(GRADIENT)
+        hybrid = () if reduced else _usable(HYBRID)
         return [
             *(Experiment(EQUAL_EVALUATIONS, label, solver, spent) for label, solver in kept),
-            *(Experiment(EQUAL_EVALUATIONS, label, solver, once=True) for label, solver in once),
+            *(Experiment(EQUAL_EVALUATIONS, label, solver, once=True) for label, solver in gradient),
+            *(Experiment(EQUAL_EVALUATIONS, label, solver, spent, once=True) for label, solver in hybrid),
         ]
 
     def _curves(self, reduced: bool) -> list[Experiment]:
@@ -173,3 +185,11 @@ def _baselines(population: int) -> Methods:
         ("CMA-ES", "cmaes"),
         ("random search", "random"),
     )
+
+
+def _usable(methods: Methods) -> Methods:
+    """Leave out solvers that cannot be loaded here."""
+    from ocp_traj.solvers import solver_table
+
+    usable = {entry.name for entry in solver_table() if entry.available}
+    return tuple((label, solver) for label, solver in methods if solver in usable)

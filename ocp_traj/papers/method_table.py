@@ -18,6 +18,9 @@ APART = (
 )
 
 
+ONCE = "Gradient solvers and hybrids, those that can be loaded, run once, with seed 0, and are not ranked."
+
+
 def markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
     """Return the lines of a table; bars inside cells are escaped."""
     lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
@@ -66,7 +69,9 @@ def _spent(paper: Paper, experiments: list[Experiment]) -> str:
     words += f", the paper's {protocol.population} candidates times {protocol.generations} generations"
     if protocol.joints:
         words += f" (its own protocol spends as many on each of {protocol.joints} joints)"
-    return f"{words}, with durations shared by all joints." if protocol.joints else f"{words}."
+    if protocol.joints:
+        words += ", with durations shared by all joints"
+    return f"{words}. {ONCE}"
 
 
 def _values(paper: Paper, records: Records, entry: Experiment, apart: bool) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -113,6 +114,15 @@ def test_every_paper_meets_the_proposals_of_all_four_with_equal_evaluations(key:
     assert {label for label, _ in IMPROVED} <= {entry.label for entry in equal}
     assert {entry.budget for entry in equal if not entry.once} == {paper.protocol.budget}
     assert len({entry.label for entry in equal}) == len(equal)
+
+
+def test_solvers_that_cannot_be_loaded_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    from ocp_traj import solvers
+
+    table = [replace(row, available=row.name == "ipopt") for row in solvers.solver_table()]
+    monkeypatch.setattr(solvers, "solver_table", lambda: table)
+    equal = [entry for entry in get_paper("A").experiments(False) if entry.group == "equal evaluations"]
+    assert [entry.solver for entry in equal if entry.once] == ["ipopt"]
 
 
 def test_the_equal_budget_is_the_papers_population_times_its_generations() -> None:
