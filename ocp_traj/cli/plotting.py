@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from ocp_traj.task import TrajectoryTask
     from ocp_traj.trajectory import Trajectory
 
-MOTION_NAMES = ("motion", "limits", "path", "power")
-COMPARISON_NAMES = ("convergence", "runtime", "performance", "data")
+MOTION_NAMES = ("motion", "limits", "path", "power", "phase-plane")
+COMPARISON_NAMES = ("convergence", "bounds", "runtime", "performance", "data")
 
 
 @click.command(name="plot")
@@ -37,8 +37,9 @@ def plot_file(
 ) -> None:
     """Draw a trajectory (.csv, .spline.json), a result (.json) or a comparison (its folder).
 
-    motion: q, v, a, jerk and torque against their limits; limits: the same as shares; path: the tool; power.
-    convergence, runtime, performance, data: of a comparison; with several problems, choose one with --case.
+    motion: q, v, a, jerk and torque against their limits; limits: the same as shares; path: the tool; power;
+    phase-plane: how fast its path can be driven. convergence, bounds, runtime, performance, data: of a comparison;
+    the first two show one problem, choose it with --case.
     """
     from ocp_traj.comparison.drawing import save_picture
 
@@ -56,6 +57,7 @@ def plot_file(
 
 
 def _comparison_picture(folder: Path, name: str, case: str | None) -> Picture:
+    from ocp_traj.comparison.bounds_picture import bounds_picture, problem_entries
     from ocp_traj.comparison.comparison_pictures import COMPARISON_PICTURES, convergence_picture
     from ocp_traj.comparison.judging import judge
     from ocp_traj.comparison.store import Store
@@ -70,12 +72,14 @@ def _comparison_picture(folder: Path, name: str, case: str | None) -> Picture:
         judgement = judge(rows, store.cases())
     if not judgement.problems:
         raise InputError(f"{folder} holds no runs yet")
-    if name != "convergence":
+    if name not in ("convergence", "bounds"):
         return COMPARISON_PICTURES[name](judgement)
     named = [problem for problem in judgement.problems if case in (None, problem.name, problem.label)]
     if not named:
         names = ", ".join(problem.label for problem in judgement.problems)
         raise InputError(f"case {case!r} is not in this comparison, expected one of {names}")
+    if name == "bounds":
+        return bounds_picture(problem_entries(judgement, named[0]), named[0].label)
     return convergence_picture(judgement, named[0])
 
 
@@ -85,6 +89,10 @@ def _motion_picture(path: Path, name: str, case: str | None, overrides: tuple[st
     if name not in MOTION_NAMES:
         raise InputError(f"{path} is a motion, expected one of the pictures {', '.join(MOTION_NAMES)}")
     motion = read_motion(path)
+    if name == "phase-plane":
+        from ocp_traj.comparison.phase_plane import phase_plane_picture
+
+        return phase_plane_picture(task_of(motion, path, case, overrides), [motion])
     return MOTION_PICTURES[name](task_of(motion, path, case, overrides), motion)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import click
@@ -14,21 +15,51 @@ from ocp_traj.cli.output import console_for, json_option, overrides_option, prin
 @click.option(
     "--result", metavar="FILE.json", help="Also drive the path of this result as fast as it allows."
 )
+@click.option(
+    "--jerk", is_flag=True, help="Also estimate durations with bounded jerk (local optima, no bounds)."
+)
+@click.option(
+    "--certificate", is_flag=True, help="Also prove the best durations of the case's spline family (minutes)."
+)
+@click.option(
+    "--plot",
+    "picture",
+    metavar="FILE",
+    help="Draw phase planes and all durations: PNG, PDF or SVG.",
+)
 @overrides_option
 @json_option
-def reference_case(case: str, result: str | None, overrides: tuple[str, ...], json_file: str | None) -> None:
+def reference_case(
+    case: str,
+    result: str | None,
+    jerk: bool,
+    certificate: bool,
+    picture: str | None,
+    overrides: tuple[str, ...],
+    json_file: str | None,
+) -> None:
     """Compute TOPP-RA, convex path tracking and the kinematic lower bound for CASE."""
     from ocp_traj.case import load_case
-    from ocp_traj.references import references
+    from ocp_traj.references import collect_references
     from ocp_traj.trajectory_files import read_json
 
     console = console_for(json_file)
     task = load_case(case, overrides)
     motion = None if result is None else read_json(result)
     with console.status(f"references of {task.name} …"):
-        found = references(task, motion)
-    print_table(console, f"references of {task.name}", ["reference", "", "duration"], _rows(found))
-    write_json(found, json_file)
+        found = collect_references(task, motion, jerk=jerk, certificate=certificate)
+    table = found.to_json()
+    print_table(console, f"references of {task.name}", ["reference", "", "duration"], _rows(table))
+    for name, said in table["messages"].items():
+        console.print(f"{name.replace('_', ' ')}: {said}", markup=False)
+    if picture is not None:
+        from ocp_traj.comparison.drawing import save_picture
+        from ocp_traj.comparison.reference_picture import references_picture
+
+        durations = {} if motion is None else {"the result given": motion.duration}
+        save_picture(references_picture(found, motion, durations), Path(picture))
+        console.print(picture, markup=False)
+    write_json(table, json_file)
 
 
 def _rows(found: dict[str, Any]) -> list[list[str]]:

@@ -22,6 +22,7 @@ REFERENCE_SECONDS = 60.0
 REFERENCE_RUNNERS = {
     "toppra": "ocp_traj.comparison.runner:time_paths",
     "kinematic_bound": "ocp_traj.comparison.runner:bound_duration",
+    "jerk_estimate": "ocp_traj.comparison.runner:estimate_with_jerk",
 }
 """What computes each part of a case's references."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -50,8 +51,11 @@ def _draw(picture: Picture) -> Any:
 
     columns = min(picture.columns, len(picture.panels))
     rows = -(-len(picture.panels) // columns)
-    figure = Figure(figsize=(3.5 * columns, 2.4 * rows + 0.5), layout="constrained")
-    grid = figure.subplots(rows, columns, squeeze=False)
+    heights = [_height(picture.panels[row * columns : (row + 1) * columns]) for row in range(rows)]
+    across = _legend_columns(list(picture.legend), 3.5 * columns)
+    below = 0.3 + 0.2 * -(-len(picture.legend) // across)
+    figure = Figure(figsize=(3.5 * columns, sum(heights) + below), layout="constrained")
+    grid = figure.subplots(rows, columns, squeeze=False, height_ratios=heights)
     for place, axes in enumerate(grid.flat):
         if place < len(picture.panels):
             _draw_panel(axes, picture.panels[place])
@@ -63,10 +67,21 @@ def _draw(picture: Picture) -> Any:
             handles,
             list(picture.legend),
             loc="outside lower center",
-            ncols=min(len(handles), 3 * columns),
+            ncols=across,
             frameon=False,
         )
     return figure
+
+
+def _height(panels: Sequence[Panel]) -> float:
+    """Return the height of a row of panels, inches: named rows need room for their names."""
+    return max(2.4, *(0.6 + 0.25 * len(panel.row_names) for panel in panels))
+
+
+def _legend_columns(labels: list[str], inches: float) -> int:
+    """Return how many entries of a legend fit side by side."""
+    widest = max((len(label) for label in labels), default=0)
+    return max(1, min(max(len(labels), 1), int(inches / (0.6 + 0.065 * widest))))
 
 
 def _draw_panel(axes: Any, panel: Panel) -> None:
@@ -85,6 +100,12 @@ def _draw_panel(axes: Any, panel: Panel) -> None:
         axes.set_aspect("equal", adjustable="datalim")
     if panel.y_range:
         axes.set_ylim(*panel.y_range)
+    if panel.row_names:
+        axes.set_yticks([])
+        for row, name in enumerate(panel.row_names):
+            place = {"xycoords": axes.get_yaxis_transform(), "fontsize": 7}
+            halo = {"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.4}
+            axes.annotate(name, (0.02, row + 0.12), **place, bbox=halo)
 
 
 def _plot(axes: Any, line: Line, empty: bool = False) -> Any:
@@ -92,4 +113,6 @@ def _plot(axes: Any, line: Line, empty: bool = False) -> Any:
     x, y = ([], []) if empty else (line.x, line.y)
     style = "--" if line.dashed else "-"
     drawn = "steps-post" if line.step else "default"
-    return axes.plot(x, y, color=colour, linestyle=style, drawstyle=drawn, linewidth=1.1)[0]
+    return axes.plot(
+        x, y, color=colour, linestyle=style, drawstyle=drawn, linewidth=2.8 if line.wide else 1.1
+    )[0]

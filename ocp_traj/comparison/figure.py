@@ -20,6 +20,7 @@ class Line:
     colour: int = 0
     dashed: bool = False
     step: bool = False
+    wide: bool = False
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class Band:
 
 @dataclass(frozen=True)
 class Panel:
-    """One pair of axes."""
+    """One pair of axes; with `row_names`, heights 0, 1, 2 ... are rows with these names, from below."""
 
     title: str
     x_label: str
@@ -45,6 +46,7 @@ class Panel:
     log_y: bool = False
     equal: bool = False
     y_range: tuple[float, float] | None = None
+    row_names: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -44,6 +44,8 @@ class Problem:
         Best audited objective of any run here.
     missing_references
         Which references could not be computed, and why.
+    jerk_estimate
+        Estimated shortest duration with bounded jerk too, s; a local optimum.
     """
 
     digest: str
@@ -56,6 +58,7 @@ class Problem:
     estimate: float | None
     best: float | None
     missing_references: tuple[str, ...] = ()
+    jerk_estimate: float | None = None
 
     @property
     def key(self) -> tuple[str, str]:
@@ -233,6 +236,7 @@ def _problem(row: Row, case: Mapping[str, Any], best: float, several: bool) -> P
             for part, found in reference.items()
             if "failed" in found
         ),
+        (reference.get("jerk_estimate") or {}).get("estimate"),
     )
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ocp_traj.comparison import tables
+from ocp_traj.comparison.bounds_picture import bounds_picture, problem_entries
 from ocp_traj.comparison.comparison_pictures import (
     convergence_picture,
     data_picture,
@@ -31,7 +32,7 @@ MOTIONS_SHOWN = 24
 """Motions drawn at most in one report; `ocp-traj plot` draws any other."""
 
 CONVERGENCE_SHOWN = 24
-"""Problems whose convergence is drawn at most."""
+"""Problems whose convergence, and whose bounds, are drawn at most."""
 
 TEMPLATES = Path(__file__).parent / "templates"
 
@@ -128,7 +129,15 @@ def _results(judgement: Judgement) -> Section:
             tables.result_table(judgement),
             tables.reference_table(judgement),
         ),
+        folds=tuple(_bound_folds(judgement)),
     )
+
+
+def _bound_folds(judgement: Judgement) -> Iterator[Fold]:
+    for problem in judgement.problems[:CONVERGENCE_SHOWN]:
+        entries = problem_entries(judgement, problem)
+        if entries:
+            yield Fold(f"How far from the best: {problem.label}", (bounds_picture(entries, problem.label),))
 
 
 def _tests(judgement: Judgement) -> Section:

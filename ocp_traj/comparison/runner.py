@@ -125,6 +125,18 @@ def time_paths(request: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
+def estimate_with_jerk(request: Mapping[str, Any]) -> dict[str, Any]:
+    """Estimate a case's shortest duration with bounded jerk; nothing where it has no jerk limit, or ends that move."""
+    from ocp_traj.case import load_case
+    from ocp_traj.references import jerk_estimate
+
+    task = load_case(request["case"], request["overrides"])
+    if not task.limited("jerk") or np.any(task.boundary.velocity):
+        return {}
+    found: dict[str, Any] = finite({"estimate": jerk_estimate(task).estimate})
+    return found
+
+
 def bound_duration(request: Mapping[str, Any]) -> dict[str, Any]:
     """Compute a case's kinematic bound: ``lower`` is certified, ``estimate`` the same problem solved locally."""
     from ocp_traj.case import load_case

@@ -33,11 +33,14 @@ def draw_picture(picture: Picture) -> str:
 
 def _draw_panel(panel: Panel) -> str:
     horizontal, vertical = _axes(panel)
-    parts = [_grid(horizontal, vertical)]
+    parts = [_grid(horizontal, vertical, not panel.row_names)]
     for band in panel.bands:
         parts.append(_band(horizontal, vertical, band.x, band.lower, band.upper, band.colour))
     for line in panel.lines:
         parts.append(_path(horizontal, vertical, line))
+    for row, name in enumerate(panel.row_names):
+        y = float(_screen(vertical, np.array(row + 0.12), True))
+        parts.append(f'<text class="row" x="{_LEFT + 6}" y="{y:.1f}">{escape(name)}</text>')
     middle = _LEFT + (_WIDTH - _LEFT - _RIGHT) / 2
     labels = (
         f'<text class="title" x="{middle:.1f}" y="16">{escape(panel.title)}</text>'
@@ -79,7 +82,7 @@ def _screen(axis: Axis, values: Array, vertical: bool) -> Array:
     return np.asarray(_LEFT + share * (_WIDTH - _LEFT - _RIGHT))
 
 
-def _grid(horizontal: Axis, vertical: Axis) -> str:
+def _grid(horizontal: Axis, vertical: Axis, heights: bool = True) -> str:
     parts = []
     top, bottom = _TOP, _HEIGHT - _BOTTOM
     for value, label in horizontal.ticks():
@@ -88,7 +91,7 @@ def _grid(horizontal: Axis, vertical: Axis) -> str:
             f'<path class="grid" d="M{x:.1f} {top}V{bottom}"/>'
             f'<text class="tick" x="{x:.1f}" y="{bottom + 14}">{label}</text>'
         )
-    for value, label in vertical.ticks():
+    for value, label in vertical.ticks() if heights else ():
         y = float(_screen(vertical, np.array(value), True))
         parts.append(
             f'<path class="grid" d="M{_LEFT} {y:.1f}H{_WIDTH - _RIGHT}"/>'
@@ -125,4 +128,4 @@ def _commands(x: Array, y: Array) -> str:
 
 def _style(line: Line) -> str:
     colour = "limit" if line.colour == LIMIT else f"c{line.colour % COLOURS}"
-    return f"line {colour}{' dashed' if line.dashed else ''}"
+    return f"line {colour}{' dashed' if line.dashed else ''}{' wide' if line.wide else ''}"

@@ -60,8 +60,9 @@ def solver_table(judgement: Judgement) -> Table:
 
 def result_table(judgement: Judgement) -> Table:
     """Return one row a problem and solver."""
+    with_jerk = _any_jerk(judgement)
     rows = [
-        _result_row(group)
+        _result_row(group, with_jerk)
         for problem in judgement.problems
         for solver in judgement.solvers
         if (group := judgement.group(problem, solver)) is not None
@@ -76,6 +77,7 @@ def result_table(judgement: Judgement) -> Table:
         "duration, s",
         "/ TOPP-RA",
         "/ bound",
+        *(("/ jerk estimate",) if with_jerk else ()),
         "energy, J",
         "evaluations",
         "build, s",
@@ -85,12 +87,18 @@ def result_table(judgement: Judgement) -> Table:
         "Medians over seeds with bootstrap intervals; with few seeds an interval is hardly more than the "
         "range. Gap: median above the best objective any run here reached. TOPP-RA: the best of its paths. "
         "Bound: certified kinematic bound, or its estimate where there is no certificate (marked ~)."
+        + (" Jerk estimate: a local optimum with bounded jerk, no bound." if with_jerk else "")
     )
     return Table("Every solver on every problem", columns, tuple(rows), note, words=2)
 
 
-def _result_row(group: Group) -> tuple[Cell, ...]:
+def _any_jerk(judgement: Judgement) -> bool:
+    return any(problem.jerk_estimate is not None for problem in judgement.problems)
+
+
+def _result_row(group: Group, with_jerk: bool) -> tuple[Cell, ...]:
     problem = group.problem
+    jerk = (number(_median(_ratios(group, problem.jerk_estimate)), 4),) if with_jerk else ()
     bound, mark = (problem.lower_bound, "") if problem.lower_bound is not None else (problem.estimate, " ~")
     interval = median_interval(group.objectives(), f"{problem.label}/{group.solver}")
     return (
@@ -103,6 +111,7 @@ def _result_row(group: Group) -> tuple[Cell, ...]:
         number(_median(group.durations()), 6),
         number(_median(_ratios(group, problem.toppra)), 4),
         number(_median(_ratios(group, bound)), 4, suffix=mark),
+        *jerk,
         number(_median(group.values("energy")), 4),
         count(_median(group.values("evaluations"))),
         number(_median(group.values("build_time")), 3),
@@ -262,11 +271,13 @@ def pair_table(judgement: Judgement) -> Table:
 
 def reference_table(judgement: Judgement) -> Table:
     """Return the references of every problem."""
+    with_jerk = _any_jerk(judgement)
     rows = [
         (
             text(problem.label),
             number(problem.lower_bound, 6),
             number(problem.estimate, 6),
+            *((number(problem.jerk_estimate, 6),) if with_jerk else ()),
             number(problem.toppra, 6, suffix=f" ({problem.toppra_path})" if problem.toppra_path else ""),
             number(problem.best, 6),
         )
@@ -276,6 +287,7 @@ def reference_table(judgement: Judgement) -> Table:
         "problem",
         "certified bound, s",
         "estimated bound, s",
+        *(("estimate with bounded jerk, s",) if with_jerk else ()),
         "TOPP-RA, s (path)",
         "best objective here",
     )

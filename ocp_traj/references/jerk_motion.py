@@ -73,7 +73,7 @@ def jerk_estimate(task: TrajectoryTask, *, knots: int = 7) -> JerkEstimate:
     if found is None:
         return JerkEstimate(None, knots=knots, message="the local solver found no feasible motion")
     durations = found.h.reshape(task.gaps, -1).sum(axis=1)
-    message = "a local optimum with finitely many knots: an estimate, not a bound"
+    message = "a local optimum with finitely many knots, torque not looked at: an estimate, not a bound"
     return JerkEstimate(float(durations.sum()), durations, knots, message)
 
 
