@@ -75,7 +75,7 @@ def _course(history: dict[str, Any], grid: Any, along: str) -> Any:
 
 
 def motion_figure(task: TrajectoryTask, motions: dict[str, Trajectory], path: Path, title: str) -> str:
-    """Draw q, v, a and jerk of every joint, a row a quantity and a column a motion, with limits broken in red."""
+    """Draw q, v, a and jerk of every joint, a row a quantity and a column a motion, with broken limits in black."""
     alone = len(motions) == 1
     figure, axes = _figure(2, 2, 9, 6) if alone else _figure(4, len(motions), 4.2 * len(motions), 8)
     axes = axes.reshape(4, -1)
@@ -91,7 +91,7 @@ def motion_figure(task: TrajectoryTask, motions: dict[str, Trajectory], path: Pa
                 over = (values[:, joint] > limits[1, joint] + room[1]) | (
                     values[:, joint] < limits[0, joint] - room[0]
                 )
-                axis.plot(t[over], values[over, joint], ".", ms=3, color="crimson")
+                axis.plot(t[over], values[over, joint], ".", ms=3, color="black")
             axis.grid(alpha=0.3)
             if column == 0:
                 axis.set_ylabel(f"{quantity}, {unit}")
@@ -99,7 +99,7 @@ def motion_figure(task: TrajectoryTask, motions: dict[str, Trajectory], path: Pa
         for row in (2, 3) if alone else (3,):
             axes[row, column].set_xlabel("time, s")
     axes[0, 0].legend(fontsize=7, ncols=2)
-    figure.suptitle(f"{title} (red: over a limit)")
+    figure.suptitle(f"{title} (black: over a limit)")
     return _save(figure, path)
 
 
@@ -115,6 +115,7 @@ def tool_path_figure(task: TrajectoryTask, motion: Trajectory, path: Path, title
     space = figure.add_subplot(1, 2, 1, projection="3d")
     space.plot(*points.T, lw=1.5)
     space.plot(*marks.T, "o", ms=4, color="black")
+    space.locator_params(nbins=4)
     space.set(xlabel="x, m", ylabel="y, m", zlabel="z, m", title="path of the tool")
     for column, name in enumerate("xyz"):
         axes[0, 1].plot(t, points[:, column], label=name)
