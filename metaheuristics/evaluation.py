@@ -73,8 +73,13 @@ class Evaluation:
         """
         # Kept by hand: functools.cached_property takes a lock, which costs as much as the work itself.
         if self._scores is None:
-            total = self.total_violation if self.violation.shape[1] else list_zeros(self.cost.shape[0])
-            object.__setattr__(self, "_scores", score(self.cost, total))
+            if self.violation.shape[1]:
+                scores = score(self.cost, self.total_violation)
+            elif np.count_nonzero(np.isfinite(self.cost)) == self.cost.shape[0]:
+                scores = self.cost, list_zeros(self.cost.shape[0])
+            else:
+                scores = score(self.cost, list_zeros(self.cost.shape[0]))
+            object.__setattr__(self, "_scores", scores)
         kept: tuple[FloatArray, FloatArray] = self._scores
         return kept
 

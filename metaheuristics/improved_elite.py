@@ -102,7 +102,11 @@ class EliteSparrowSearch(SparrowSearch):
             return self.select(state, X, cost, violation)
         finished = {"phase": PRODUCERS, "generation": state.generation + 1}
         if state.phase == MUTATION:
-            return self.settle(state, X, cost, violation, True, **finished)
+            row = int(state.rows[0])
+            present = state.cost.item(row), state.violation.item(row)
+            if not state.ordering.beats(cost.item(0), violation.item(0), *present):
+                return state.evolve(**finished)
+            return self.settle(state, X, cost, violation, False, **finished)
         settled = super().absorb(state, X, cost, violation)
         if settled.phase == PRODUCERS and self.is_stagnant(settled):
             return settled.evolve(phase=MUTATION, generation=state.generation)
@@ -146,7 +150,8 @@ class EliteSparrowSearch(SparrowSearch):
         late = find_share(state) ** 2
         x = state.positions[best : best + 1]
         shape = (1, x.shape[1] if self.mutation == "coordinate" else 1)
-        jump = (1.0 - late) * s * rng.standard_cauchy(shape) + late * s * rng.standard_normal(shape)
+        jump: FloatArray = (1.0 - late) * s * rng.standard_cauchy(shape)
+        jump += late * s * rng.standard_normal(shape)
         mutant: FloatArray = x + (find_deviation(state.positions) if self.debiased else x) * jump
         return mutant
 

@@ -105,7 +105,9 @@ class LevySparrowSearch(SparrowSearch):
         moved: FloatArray
         if float(rng.random()) < self.safety:
             scale = x - self.draw_others(state, p, rng) if self.debiased else x
-            moved = x + scale * draw_levy(p, d, rng)
+            moved = draw_levy(p, d, rng)
+            moved *= scale
+            moved += x
         elif self.debiased:
             weight = self.find_weight(find_share(state))
             moved = x + (self.leap * weight * state.frame.width) * rng.standard_normal((p, d))

@@ -78,8 +78,10 @@ class FeasibleFirst(Ordering):
         self, cost: FloatArray, violation: FloatArray, other_cost: FloatArray, other_violation: FloatArray
     ) -> BoolArray:
         """Compare violations first, then costs; see `Ordering.is_better`."""
-        mine, other = self._counted(violation), self._counted(other_violation)
         better: BoolArray = cost < other_cost
+        if violation is other_violation:
+            return better
+        mine, other = self._counted(violation), self._counted(other_violation)
         if np.count_nonzero(mine) or np.count_nonzero(other):
             better &= mine == other
             better |= mine < other

@@ -50,7 +50,7 @@ class Recorder:
             i = int(np.where(violation == violation.min(), cost, np.inf).argmin())
         else:
             i = int(cost.argmin())
-        c, excess = float(cost[i]), float(violation[i])
+        c, excess = cost.item(i), violation.item(i)
         if excess < self.violation or (excess == self.violation and c < self.cost):
             self.x, self.cost, self.violation = freeze(X[i]), c, excess
             self.rows = evaluation.violation[i].copy()

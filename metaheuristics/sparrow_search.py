@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from metaheuristics.arrays import FloatArray, IntArray, freeze
+from metaheuristics.evaluation import list_zeros
 from metaheuristics.optimizer import INITIAL_PHASE, Frame, Optimizer, State
 from metaheuristics.ordering import Ordering
 
@@ -168,7 +169,7 @@ class SparrowSearch(Optimizer[SparrowState]):
             state = state.evolve(
                 positions=state.positions.take(order, 0),
                 cost=state.cost.take(order),
-                violation=state.violation.take(order),
+                violation=state.violation if is_free(state.violation) else state.violation.take(order),
                 previous_cost=state.leader_cost,
             )
             return self.move_producers(state, rng), state
@@ -212,19 +213,25 @@ class SparrowSearch(Optimizer[SparrowState]):
     ) -> SparrowState:
         """Return the state with the candidates (p, d) in the population, only better ones if greedy."""
         rows, ordering = self.find_rows(state), state.ordering
+        free = is_free(violation) and is_free(state.violation)
         if greedy:
-            better = ordering.is_better(cost, violation, state.cost[rows], state.violation[rows]).nonzero()[0]
+            present = violation if free else state.violation[rows]
+            better = ordering.is_better(cost, violation, state.cost[rows], present).nonzero()[0]
             if not better.shape[0]:
                 return state.evolve(**changes)
-            X, cost, violation = X.take(better, 0), cost.take(better), violation.take(better)
+            X, cost = X.take(better, 0), cost.take(better)
+            violation = violation[: better.shape[0]] if free else violation.take(better)
             rows = better + rows.start if isinstance(rows, slice) else rows.take(better)
         changes["positions"] = positions = state.positions.copy()
         changes["cost"] = all_cost = state.cost.copy()
         positions[rows], all_cost[rows] = X, cost
-        # Without constraints all violations are 0 and stay so.
-        if np.count_nonzero(violation) or np.count_nonzero(state.violation):
-            changes["violation"] = all_violation = state.violation.copy()
+        if not free:
+            all_violation = state.violation.copy()
             all_violation[rows] = violation
+            # Violations without constraints are recognised from now on.
+            changes["violation"] = (
+                all_violation if np.count_nonzero(all_violation) else list_zeros(self.population)
+            )
         i = ordering.find_best(cost, violation)
         c, excess = cost.item(i), violation.item(i)
         if ordering.beats(c, excess, state.leader_cost, state.leader_violation):
@@ -237,8 +244,9 @@ class SparrowSearch(Optimizer[SparrowState]):
 
     def draw_others(self, state: SparrowState, p: int, rng: np.random.Generator) -> FloatArray:
         """Return the positions (p, d) of sparrows drawn at random, with replacement."""
-        rows = (self.population * rng.random(p)).astype(np.intp)
-        return state.positions.take(rows, 0)
+        rows = rng.random(p)
+        rows *= self.population
+        return state.positions.take(rows.astype(np.intp), 0)
 
     def move_producers(self, state: SparrowState, rng: np.random.Generator) -> FloatArray:
         """Return where the producers (PD, d) go: Eq. (39) of paper B, (13) of paper C.
@@ -258,8 +266,10 @@ class SparrowSearch(Optimizer[SparrowState]):
         shrink = np.divide(list_ranks(0, p), alpha, out=alpha)
         np.exp(shrink, out=shrink)
         if self.debiased:
-            other = self.draw_others(state, p, rng)
-            return x + shrink * rng.standard_normal((p, d)) * (x - other)
+            step = x - self.draw_others(state, p, rng)
+            step *= shrink * rng.standard_normal((p, d))
+            step += x
+            return step
         return x * shrink
 
     def move_scroungers(self, state: SparrowState, rng: np.random.Generator) -> FloatArray:
@@ -298,7 +308,9 @@ class SparrowSearch(Optimizer[SparrowState]):
         p, d = x.shape
         if self.debiased:
             other = self.draw_others(state, p, rng)
-            beside: FloatArray = other + rng.standard_normal((p, d)) * (x - other)
+            beside = x - other
+            beside *= rng.standard_normal((p, d))
+            beside += other
             return beside
         left: FloatArray = state.positions[-1] - x
         left /= list_squared_ranks(ahead, p)
@@ -356,6 +368,11 @@ class SparrowSearch(Optimizer[SparrowState]):
         factor *= 2.0
         factor -= 1.0
         return factor
+
+
+def is_free(violation: FloatArray) -> bool:
+    """Return whether total violations (p,) are the kept zeros of candidates without constraints."""
+    return violation is list_zeros(violation.shape[0])
 
 
 @lru_cache(maxsize=64)
