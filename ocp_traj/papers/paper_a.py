@@ -19,11 +19,11 @@ class PaperA(Paper):
     title = "Energy-optimal welding trajectory by an improved sparrow search"
     reference = "doi:10.1177/00202940231220080"
     summary = (
-        "A UR5 returns empty from palletizing through eight joint positions. A B-spline of degree 7 joins them; the "
-        "seven durations are chosen for the least energy (integral of the sum of |torque times velocity|) by a "
-        "sparrow "
-        "search with elite opposition, Gauss-Cauchy mutation and non-dominated sorting of cost and violation. The "
-        "paper compares it with the plain sparrow search and with a particle swarm."
+        "A UR5 returns empty from palletizing through eight joint positions. A B-spline of degree 7 joins "
+        "them; the seven durations are chosen for the least energy (integral of the sum of |torque times "
+        "velocity|) by a sparrow search with elite opposition, Gauss-Cauchy mutation and non-dominated "
+        "sorting of cost and violation. The paper compares it with the plain sparrow search and with a "
+        "particle swarm."
     )
     case = "ur5-palletizing"
     protocol = Protocol(
@@ -37,9 +37,9 @@ class PaperA(Paper):
     )
     minimised = "energy"
     stand_ins = (
-        "Path points (Table 1), limits, time series (Table 3) and running times (Table 2) are lost: waypoints, "
-        "limits "
-        "and the bound of 2.8 s on the duration are stand-ins, so no number of the paper can be met, only its order.",
+        "Path points (Table 1), limits, time series (Table 3) and running times (Table 2) are lost: "
+        "waypoints, limits and the bound of 2.8 s on the duration are stand-ins, so no number of the paper "
+        "can be met, only its order.",
         "The energy formula is lost; the sum of |torque times velocity| is our reading.",
         "Equations 9 to 12 are lost: elite opposition, Gauss-Cauchy mutation and its threshold 1e-3 are standard "
         "forms.",

@@ -28,12 +28,11 @@ class PaperB(Paper):
     title = "Industrial robot trajectory optimisation by an improved sparrow search"
     reference = "Ma et al., Machines 12(7) 490 (2024), doi:10.3390/machines12070490"
     summary = (
-        "A six-axis arm passes four joint positions on 3-5-3 polynomials (cubic, quintic, cubic; at rest at both "
-        "ends). "
-        "The three durations of every joint are minimised apart from the other joints, under limits of velocity and "
-        "acceleration, by a sparrow search with a two-dimensional logistic chaotic start, Levy flights and reverse "
-        "learning; the paper compares it with the plain sparrow search and a particle swarm, and reports one "
-        "total each."
+        "A six-axis arm passes four joint positions on 3-5-3 polynomials (cubic, quintic, cubic; at rest at "
+        "both ends). The three durations of every joint are minimised apart from the other joints, under "
+        "limits of velocity and acceleration, by a sparrow search with a two-dimensional logistic chaotic "
+        "start, Levy flights and reverse learning; the paper compares it with the plain sparrow search and a "
+        "particle swarm, and reports one total each."
     )
     case = "machines-2024-490"
     protocol = Protocol(
@@ -53,10 +52,9 @@ class PaperB(Paper):
         "move in it, is our reading.",
         "A jerk limit is named but not printed: none is set.",
         "Stand-ins: chaos parameter a = 0.9, weights 0.9 to 0.4, the swarm's c1 = c2 = 2.",
-        "Readings: coordinates of the chaotic start filled x, y alternately from one orbit; the stray 2 in Eq. "
-        "(43) is "
-        "dropped; the reverse move replaces both branches of the scouts; a better position replaces, a worse "
-        "does not.",
+        "Readings: coordinates of the chaotic start filled x, y alternately from one orbit; the stray 2 in "
+        "Eq. (43) is dropped; the reverse move replaces both branches of the scouts; a better position "
+        "replaces, a worse does not.",
         "Equations (28) and (31) and the matrix A carry misprints; the 3-5-3 curve was derived, not copied.",
     )
 
@@ -75,14 +73,12 @@ class PaperB(Paper):
             if experiment.group == BETTER_CURVE and records.runs(experiment.label, BETTER_CURVE)
         ]
         return [
-            f"The published total of {PUBLISHED_TOTALS[ISSA]} s is no feasible synchronised motion: with shared "
-            "durations "
-            f"no 3-5-3 motion within the paper's own limits is shorter than {number(shared['lower'])} s "
-            f"({number(shared['upper'])} s is reached; {shared['message']}).",
-            f"With the paper's protocol {kept} of {len(rows)} synchronised motions keep the limits; ISSA's worst "
-            "one exceeds "
-            f"the limit of {worst['limit']} of joint {worst['joint']} {worst['ratio']:.3f} times, at "
-            f"{worst['time']:.3f} s.",
+            f"The published total of {PUBLISHED_TOTALS[ISSA]} s is no feasible synchronised motion: with "
+            "shared durations no 3-5-3 motion within the paper's own limits is shorter than "
+            f"{number(shared['lower'])} s ({number(shared['upper'])} s is reached; {shared['message']}).",
+            f"With the paper's protocol {kept} of {len(rows)} synchronised motions keep the limits; ISSA's "
+            f"worst one exceeds the limit of {worst['limit']} of joint {worst['joint']} {worst['ratio']:.3f} "
+            f"times, at {worst['time']:.3f} s.",
             f"Order of the three methods by synchronised total, feasible or not: {', '.join(order)} ({tests}).",
             f"What the same limits allow with a cubic spline: {'; '.join(curves)}.",
         ]
@@ -138,8 +134,8 @@ class PaperB(Paper):
             Figure(
                 "5",
                 f"Path of the tool on the feasible optimum, {length:.3f} m long. The paper plans its path in "
-                "space but "
-                "prints only the four joint positions; between them the path is that of the 3-5-3 curve.",
+                "space but prints only the four joint positions; between them the path is that of the 3-5-3 "
+                "curve.",
                 path,
             ),
             Figure(

@@ -26,10 +26,10 @@ class PaperC(Paper):
     title = "Time-optimal trajectory of a UR5 by unique domains and an improved sparrow search"
     reference = "Zhang et al., Front. Bioeng. Biotechnol. 10 (2022), doi:10.3389/fbioe.2022.852408"
     summary = (
-        "A UR5 follows Cartesian points of a helix. Inverse kinematics computes only the branch of the current "
-        "unique "
-        "domain; a clamped cubic spline joins the joint positions, and its durations are minimised under limits of "
-        "velocity, acceleration and jerk by a sparrow search with a Tent-chaos start, adaptive step factors, or both."
+        "A UR5 follows Cartesian points of a helix. Inverse kinematics computes only the branch of the "
+        "current unique domain; a clamped cubic spline joins the joint positions, and its durations are "
+        "minimised under limits of velocity, acceleration and jerk by a sparrow search with a Tent-chaos "
+        "start, adaptive step factors, or both."
     )
     case = "ur5-helix"
     protocol = Protocol(
@@ -54,15 +54,13 @@ class PaperC(Paper):
     runs = 10
     stand_ins = (
         "Sample points (Table 2), joint angles (Table 3), limits (Table 4), averages (Table 5) and durations "
-        "(Table 6) are "
-        "lost: height, number of points, orientation and limits are stand-ins, so no duration of the paper can "
-        "be met.",
-        "Equations 16 to 19 are lost; Tent map with a random kick, cosine annealing of beta (0.2 to 1) and K = "
-        "sin(pi "
-        "(t/T)^2) (0 to 1) are stand-ins that fit the words.",
-        "Readings: the Tent numbers are scaled into the box (`own-extremes`, the paper's words, is a further "
-        "row); the "
-        "adaptive factors replace the random ones (`scale` is a further row).",
+        "(Table 6) are lost: height, number of points, orientation and limits are stand-ins, so no duration "
+        "of the paper can be met.",
+        "Equations 16 to 19 are lost; Tent map with a random kick, cosine annealing of beta (0.2 to 1) and K "
+        "= sin(pi (t/T)^2) (0 to 1) are stand-ins that fit the words.",
+        "Readings: the Tent numbers are scaled into the box (`own-extremes`, the paper's words, is a further row); "
+        "the adaptive factors replace the random ones (`scale` is a further row); i > n/2 counts the whole population, "
+        "where the paper writes the number of joiners.",
         "The search starts from a population in a box whose upper corner is the paper's initial 50 s.",
     )
 

@@ -33,10 +33,9 @@ class PaperD(Paper):
     reference = "Zhu and Wang, Tianjin University of Technology and Education"
     summary = (
         "A FANUC ARC Mate M-10iD/8L passes four joint positions on 3-5-3 polynomials. The three durations of "
-        "every joint "
-        "are minimised apart by a particle swarm whose inertia and learning factors follow trigonometric "
-        "functions; the "
-        "largest duration of each segment makes the joints synchronous. The paper prints these three durations."
+        "every joint are minimised apart by a particle swarm whose inertia and learning factors follow "
+        "trigonometric functions; the largest duration of each segment makes the joints synchronous. The "
+        "paper prints these three durations."
     )
     case = "fanuc-m10id8l"
     protocol = Protocol(
@@ -53,9 +52,9 @@ class PaperD(Paper):
         curves=((0, "free"), (3, "zero"), (7, "free")),
     )
     stand_ins = (
-        "The limits are not printed: velocities and ranges are FANUC's own, accelerations (full speed in 0.25 s) "
-        "are a "
-        "stand-in. Durations of ours and of the paper therefore cannot be compared as better or worse.",
+        "The limits are not printed: velocities and ranges are FANUC's own, accelerations (full speed in 0.25 "
+        "s) are a stand-in. Durations of ours and of the paper therefore cannot be compared as better or "
+        "worse.",
         "Population 50, and w = 0.7, c1 = c2 = 2 of the plain swarm, are stand-ins.",
         "Misprints mended in the case: row 4 of Table 1 (a = 195 mm, not 1100), the signs of alpha (those of the "
         "paper's own Eq. 3), joint 3's third waypoint (-63.179 deg), the unit of Table 2 (deg, not rad).",
