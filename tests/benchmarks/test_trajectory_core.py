@@ -27,6 +27,9 @@ KINEMATIC = {
 }
 """Overrides, longest duration wanted (s), and the aim for build plus solve on one core (s)."""
 
+PRINTED = 2e-4
+"""Some aims are printed with four digits: a result above them by less than this is told on the page, not failed."""
+
 
 def record(benchmark: BenchmarkFixture, result: ot.SolveResult, **more: Any) -> None:
     assert result.feasible
@@ -63,7 +66,7 @@ def test_eight_points_with_knots_at_the_waypoints_only(
     task = task.changed(boundary=Boundary())
     result = benchmark.pedantic(ot.solve, args=(task, INTERPRETED), rounds=3, warmup_rounds=1)
     record(benchmark, result, longest_wanted=longest)
-    assert result.duration <= longest * (1.0 + 1e-3)
+    assert result.duration <= longest * (1.0 + PRINTED)
 
 
 @pytest.mark.parametrize(("seconds", "most"), [(2.8, 36.91), (2.4, 38.15)])
@@ -77,9 +80,9 @@ def test_energy_of_palletizing(benchmark: BenchmarkFixture, seconds: float, most
             "spline.family='septic'",
         ),
     )
-    result = benchmark.pedantic(ot.solve, args=(task, INTERPRETED), rounds=3, warmup_rounds=1)
+    result = benchmark.pedantic(ot.solve, args=(task, INTERPRETED), rounds=2, warmup_rounds=1)
     record(benchmark, result, energy=result.energy, most_wanted=most)
-    assert result.energy <= most * (1.0 + 1e-3)
+    assert result.energy <= most * (1.0 + PRINTED)
 
 
 @pytest.mark.parametrize("objective", ["time", "time and energy"])
