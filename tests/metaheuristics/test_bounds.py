@@ -51,3 +51,12 @@ def test_every_rule_ends_inside_and_leaves_the_inside_alone(row, rule):
 def test_an_unknown_rule_is_refused():
     with pytest.raises(ValueError, match="'wrap', expected one of clip, reflect, resample"):
         repair("wrap", np.zeros((1, 3)), LOWER, UPPER, np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("rule", BOUND_RULES)
+def test_bounds_given_once_or_once_a_row_lead_to_the_same_places(rule):
+    X = np.random.default_rng(5).normal(0.0, 3.0, (7, 3)) + np.array([0.0, 11.0, 2.0])
+    X[3] = [np.nan, np.inf, -np.inf]
+    once = repair(rule, X.copy(), LOWER, UPPER, np.random.default_rng(0))
+    rows = repair(rule, X.copy(), np.tile(LOWER, (7, 1)), np.tile(UPPER, (7, 1)), np.random.default_rng(0))
+    assert once.tolist() == rows.tolist()

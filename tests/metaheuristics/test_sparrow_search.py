@@ -281,3 +281,25 @@ def test_whole_runs_agree_with_straight_line_code(settings):
         costs.append(peer.best_cost)
     assert best.history.cost == pytest.approx(costs, rel=1e-9)
     assert best.x == pytest.approx(peer.best_x, rel=1e-9)
+
+
+def test_hungry_scroungers_in_a_wide_box_do_not_overflow(scripted):
+    optimizer = SparrowSearch(population=5, producers=0.2)
+    state = optimizer.start([-1e4] * 2, [1e4] * 2, np.random.default_rng(0))
+    state = state.evolve(positions=np.array([[0.0, 0.0]] * 4 + [[9e3, -9e3]]))
+    left = optimizer.leave(state, np.array([[-9e3, 9e3]]), 2, scripted(standard_normal=[0.5]))
+    # (X_worst - X) / 3^2 = +-2000, cut at 700: 0.5 e^700 and 0.5 e^-2000.
+    assert left[0] == pytest.approx([0.5 * np.exp(700.0), 0.0])
+
+
+def test_a_broken_candidate_is_remembered_as_worst_where_everybody_settles():
+    optimizer = SparrowSearch(population=5, producers=0.4, replacement="always")
+    rng = np.random.default_rng(0)
+    state = optimizer.start([-1.0] * 2, [1.0] * 2, rng)
+    X, state = optimizer.ask(state, rng)
+    state = optimizer.tell(state, X, Evaluation([5.0, 4.0, 3.0, 2.0, 1.0]))
+    assert state.violation.tolist() == [0.0] * 5
+    X, state = optimizer.ask(state, rng)
+    state = optimizer.tell(state, X, Evaluation([np.nan, 6.0]))
+    assert state.violation.tolist() == [np.inf, 0.0, 0.0, 0.0, 0.0]
+    assert state.cost.tolist() == [np.inf, 6.0, 3.0, 4.0, 5.0]
