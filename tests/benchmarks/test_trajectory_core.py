@@ -80,7 +80,7 @@ def test_energy_of_palletizing(benchmark: BenchmarkFixture, seconds: float, most
             "spline.family='septic'",
         ),
     )
-    result = benchmark.pedantic(ot.solve, args=(task, INTERPRETED), rounds=2, warmup_rounds=1)
+    result = benchmark.pedantic(ot.solve, args=(task, INTERPRETED), rounds=2)
     record(benchmark, result, energy=result.energy, most_wanted=most)
     assert result.energy <= most * (1.0 + PRINTED)
 
@@ -91,7 +91,7 @@ def test_torque_limited_ur5(benchmark: BenchmarkFixture, compiled: bool, objecti
     more = ("objective.time=1.0", "objective.energy=0.01") if objective != "time" else ()
     task = ot.load_case("ur5-torque-limited", ("spline.virtual_knots=1", *more))
     solver = Gradient(compiled=compiled)
-    result = benchmark.pedantic(ot.solve, args=(task, solver), rounds=3, warmup_rounds=1)
+    result = benchmark.pedantic(ot.solve, args=(task, solver), rounds=2, warmup_rounds=1)
     record(benchmark, result, energy=result.energy)
 
 
@@ -104,7 +104,7 @@ def random_waypoints(count: int) -> TrajectoryTask:
 @pytest.mark.parametrize("count", [8, 32, 128, 512])
 def test_cost_of_a_waypoint(benchmark: BenchmarkFixture, count: int) -> None:
     task = random_waypoints(count)
-    rounds = 9 if count < 100 else 2
+    rounds = 9 if count < 100 else 1
     result = benchmark.pedantic(ot.solve, args=(task, INTERPRETED), rounds=rounds, warmup_rounds=1)
     least = benchmark.stats["min"]
     iterations = result.counts["nlp_hess_l"]

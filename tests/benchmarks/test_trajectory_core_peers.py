@@ -52,7 +52,7 @@ METHODS: dict[str, Callable[[TrajectoryTask], PeerAnswer]] = {
     "drake-uniform-32": lambda task: solve_with_drake(task, "uniform", 32),
     "drake-uniform-64": lambda task: solve_with_drake(task, "uniform", 64),
     "drake-chord-32": lambda task: solve_with_drake(task, "chord", 32),
-    "pyroboplan": lambda task: solve_with_pyroboplan(task, knots=5 if task.gaps == 1 else None),
+    "pyroboplan": lambda task: solve_with_pyroboplan(task, knots=3 if task.gaps == 1 else None),
     "ruckig": solve_with_ruckig,
     "toppra-uniform": lambda task: solve_with_toppra(task, path_parameters(task, "uniform"), name="uniform"),
     "toppra-chord": lambda task: solve_with_toppra(task, path_parameters(task, "chord"), name="chord"),
@@ -71,7 +71,7 @@ def task_of(name: str, jerk: bool) -> TrajectoryTask:
     return task.changed(limits=replace(task.limits, jerk=float("inf")), boundary=Boundary())
 
 
-def measure(benchmark: BenchmarkFixture, method: str, task: TrajectoryTask, rounds: int = 5) -> PeerAnswer:
+def measure(benchmark: BenchmarkFixture, method: str, task: TrajectoryTask, rounds: int = 3) -> PeerAnswer:
     kind = method.split("-")[0]
     if kind in NEEDS:
         pytest.importorskip(NEEDS[kind])
