@@ -17,11 +17,14 @@ from ocp_traj.trajectory_files import to_json as trajectory_to_json
 if TYPE_CHECKING:
     from metaheuristics import Solution
     from ocp_traj.arrays import Array
-    from ocp_traj.task import TrajectoryTask
+    from ocp_traj.task import Limits, TrajectoryTask
     from ocp_traj.trajectory import Trajectory
 
 LARGEST_ROUNDING = 1e-4
 """Excess over a limit, or miss of a bounded duration, that counts as a gradient solver's rounding."""
+
+LARGEST_OVERSIGHT = 0.1
+"""Excess over a limit, between the points a gradient solver looked at, that limits tightened by as much can mend."""
 
 LARGEST_REPAIR = 1.02
 """Uniform slowing that still counts as rounding off a solver's sampled limits; more is a different motion."""
@@ -194,7 +197,7 @@ def solve(
     chosen = parse_solver(solver) if isinstance(solver, str) else solver
     outcome = chosen.run(task, Request(seed, budget, time_limit, progress, warm_start))
     result = judge(task, name, seed, outcome)
-    if chosen.kind == "gradient" and _is_rounding(result):
+    if chosen.kind == "gradient" and _is_oversight(result):
         result = _solve_tighter(
             chosen, result, Request(seed, budget, time_limit, progress, result.trajectory)
         )
@@ -234,22 +237,19 @@ def _within_duration(task: TrajectoryTask, trajectory: Trajectory) -> Trajectory
     return trajectory.scaled(wanted / trajectory.duration) if 0.0 < miss < LARGEST_ROUNDING else trajectory
 
 
-def _is_rounding(result: SolveResult) -> bool:
-    """Return whether a solved motion, which no slowing can mend, is over its limits by rounding only."""
+def _is_oversight(result: SolveResult) -> bool:
+    """Return whether a solved motion, which no slowing can mend, is a little over its limits."""
     verdict = result.audit
     if verdict is None or verdict.feasible or verdict.worst is None or result.status != "converged":
         return False
-    return 1.0 < verdict.worst.ratio < 1.0 + LARGEST_ROUNDING
+    return 1.0 < verdict.worst.ratio < 1.0 + LARGEST_OVERSIGHT
 
 
 def _solve_tighter(solver: Solver, result: SolveResult, request: Request) -> SolveResult:
     """Solve again, warm, with limits tightened by twice the excess, and judge against the task's own limits."""
     task = result.task
     assert result.audit is not None and result.audit.worst is not None
-    factor = 1.0 - 2.0 * (result.audit.worst.ratio - 1.0)
-    names = ("velocity", "acceleration", "jerk", "torque", "torque_rate")
-    tighter: dict[str, Any] = {name: task.limits.get(name) * factor for name in names}
-    limits = replace(task.limits, **tighter)
+    limits = _tightened(task, 2.0 * (result.audit.worst.ratio - 1.0))
     outcome = solver.run(task.changed(limits=limits), request)
     again = judge(task, result.solver, result.seed, outcome)
     if not again.feasible:
@@ -266,6 +266,23 @@ def _solve_tighter(solver: Solver, result: SolveResult, request: Request) -> Sol
         solve_time=first.solve_time + second.solve_time,
     )
     return replace(again, solution=solution, counts=counts)
+
+
+def _tightened(task: TrajectoryTask, part: float) -> Limits:
+    """Return a task's limits drawn in by a part of themselves; those of the position not beyond the waypoints."""
+    names = ("velocity", "acceleration", "jerk", "torque", "torque_rate")
+    tighter: dict[str, Any] = {name: task.limits.get(name) * (1.0 - part) for name in names}
+    position = task.limits.get("position")
+    width = np.diff(position, axis=1)
+    room = np.where(np.isfinite(width), part * width, part * np.abs(position))
+    waypoints = np.asarray(task.waypoints)
+    least, most = (choose(waypoints[:-1], waypoints[1:]) for choose in (np.minimum, np.maximum))
+    lower, upper = position[:, 0], position[:, 1]
+    drawn_in = [
+        np.where(np.isfinite(lower), np.maximum(lower, np.minimum(lower + room[:, 0], least)), lower),
+        np.where(np.isfinite(upper), np.minimum(upper, np.maximum(upper - room[:, -1], most)), upper),
+    ]
+    return replace(task.limits, position=np.stack(drawn_in, axis=1), **tighter)
 
 
 def _no_worse(result: SolveResult, start: Trajectory) -> SolveResult:

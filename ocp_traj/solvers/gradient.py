@@ -167,7 +167,9 @@ class Gradient(Solver):
         """Return the outcome of a task that cannot have a solution."""
         nlp = self._build(task, initial_guess(task), ExtraPoints(), None, account)
         nothing = np.full(len(nlp.g_lower), np.inf)
-        solution = account.solution(nlp, nlp.guess, np.inf, nothing, Status.INFEASIBLE, "No motion is possible.")
+        solution = account.solution(
+            nlp, nlp.guess, np.inf, nothing, Status.INFEASIBLE, "No motion is possible."
+        )
         return Outcome(None, solution, account.counts, conflict)
 
     # More than one start -------------------------------------------------------------------------------------
@@ -179,6 +181,10 @@ class Gradient(Solver):
         Otherwise the elastic phase either gives a feasible start or names what is in conflict; as it looks near
         its start only, more starts have to fail, too.
         """
+        contained = self._with_fewer_knots(task, account, failed)
+        if contained is not None:
+            answer = self._attempt(task, contained.trajectory, account, continued=False)
+            return (answer if answer.solved else contained), ""
         sentence = too_short(task, lambda longer, sampled: self._shortest(longer, sampled, account))
         if sentence:
             return replace(failed, status=Status.INFEASIBLE), sentence
@@ -199,6 +205,40 @@ class Gradient(Solver):
         if stop is not None:
             return replace(best, status=stop), ""
         return (replace(best, status=Status.INFEASIBLE) if sentence else best), sentence
+
+    def _with_fewer_knots(self, task: TrajectoryTask, account: Account, failed: Answer) -> Answer | None:
+        """Return the best motion with fewer virtual knots, its knots inserted; the status stays the failure's."""
+        if not isinstance(failed.nlp, LiftedNlp) or failed.status is Status.INFEASIBLE:
+            return None
+        fewer = {0, *continuation(task.family, task.virtual_knots)} - {task.virtual_knots}
+        for knots in sorted(fewer, reverse=True):
+            if account.exhausted():
+                break
+            try:
+                smaller = task.changed(virtual_knots=knots)
+            except TaskError:  # too few knots for the boundary conditions
+                continue
+            answer = self._attempt(smaller, None, account, continued=knots > 0)
+            if answer.solved:
+                motion = fit_guess(task, answer.trajectory)
+                nlp = self._build(task, motion, ExtraPoints(), None, account)
+                assert isinstance(nlp, LiftedNlp)
+                message = (
+                    f"{failed.message}; the motion is the best one found with {knots} virtual knots a gap, "
+                    f"which the task with {task.virtual_knots} contains."
+                )
+                x = np.asarray(nlp.guess)
+                again = nlp.evaluate(x[None, :])
+                return replace(
+                    failed,
+                    nlp=nlp,
+                    x=x,
+                    trajectory=motion,
+                    message=message,
+                    cost=float(again.cost[0]),
+                    violation=again.violation[0],
+                )
+        return None
 
     def _relax(self, task: TrajectoryTask, account: Account, failed: Answer) -> tuple[Answer, str]:
         """Start from motions of the elastic phase until one leads to a solution or a conflict has a name.
@@ -234,7 +274,9 @@ class Gradient(Solver):
 
             single = replace(self, starts=1, attempts=1, jobs=1)
             requests = [replace(account.request, warm_start=guess, progress=None) for guess in guesses]
-            found = Parallel(n_jobs=self.jobs)(delayed(_trajectory_of)(single, task, each) for each in requests)
+            found = Parallel(n_jobs=self.jobs)(
+                delayed(_trajectory_of)(single, task, each) for each in requests
+            )
             guesses = [motion for motion in found if motion is not None]
         answers = [first]
         for guess in guesses:
@@ -266,7 +308,9 @@ class Gradient(Solver):
             fresh = broken if layout is None else new_points(extra, broken)
             if not fresh or samples > MOST_SAMPLES:
                 return answer
-            if layout is None:  # no points can be added to the condensed form, so take more samples everywhere
+            if (
+                layout is None
+            ):  # no points can be added to the condensed form, so take more samples everywhere
                 samples = 2 * max(samples, CONDENSED_SAMPLES)
             extra, start = extra.joined(fresh), answer.trajectory
         assert answer is not None
@@ -319,7 +363,8 @@ class Gradient(Solver):
             dual,
             1.0 / max(abs(_cost(nlp)), 1e-300),
         )
-        options = {"print_time": False, "error_on_fail": False, **plugin.options(stage)}
+        quiet = {"print_time": False, "error_on_fail": False, "show_eval_warnings": False}
+        options = {**quiet, **plugin.options(stage)}
         if plugin.own_derivatives:  # and no gradient of the Lagrangian: nobody asks for it
             options.update({"no_nlp_grad": True, **nlp.derivatives})
         solver = ca.nlpsol("solver", self.plugin, {"x": nlp.x, "f": nlp.f, "g": nlp.g}, options)

@@ -23,6 +23,10 @@ TOLERANCE = 1e-7
 HIDDEN = 0.05
 """Local maxima of the samples below the limit by more than this hide no broken peak."""
 
+EIGHTHS = tuple(k / 8 for k in range(1, 8))
+HALVING = tuple(k / 16 for k in range(1, 16, 2))
+"""Fractions of a segment: where to look first, and half-way between."""
+
 CLOSE = 1e-5
 """Points nearer than this to one that is there, in segments, add nothing."""
 
@@ -44,7 +48,9 @@ def broken_points(
         over = _excess(value, limit.bounds(task)[gaps])[:, moving]
         for segment, joint, fraction in _peaks(over, len(spans), fractions):
             derivatives.append((limit.order, segment, joint, fraction))
-    return ExtraPoints(tuple(derivatives), tuple(_broken_instants(task, trajectory, t, gaps, fractions, compiled)))
+    return ExtraPoints(
+        tuple(derivatives), tuple(_broken_instants(task, trajectory, t, gaps, fractions, compiled))
+    )
 
 
 def segment_gaps(trajectory: Trajectory) -> Any:
@@ -119,8 +125,20 @@ def _broken_instants(
 
 
 def new_points(known: ExtraPoints, found: ExtraPoints) -> ExtraPoints:
-    """Return the found points that are not all but known already."""
-    derivatives = [point for point in found.derivatives if not _is_near(point, known.derivatives)]
+    """Return the found points that are not all but known already.
+
+    Where a joint breaks a limit in a segment for the second time (a position: for the first time, because nothing
+    inside its segments is limited at first), its peaks wander, and points spread over the segment hold them.
+    """
+    wandering = {point[:-1] for point in known.derivatives}
+    derivatives = []
+    for point in found.derivatives:
+        spread: tuple[float, ...] = ()
+        if point[0] == 0 or point[:-1] in wandering:
+            spread = HALVING if point[:-1] in wandering else EIGHTHS
+        for candidate in (point, *((*point[:-1], fraction) for fraction in spread)):
+            if not _is_near(candidate, known.derivatives) and candidate not in derivatives:
+                derivatives.append(candidate)
     instants = [point for point in found.instants if not _is_near(point, known.instants)]
     return ExtraPoints(tuple(derivatives), tuple(instants))
 

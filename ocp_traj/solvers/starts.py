@@ -23,7 +23,7 @@ STRETCH = 1.5
 
 
 def other_starts(task: TrajectoryTask, rng: np.random.Generator, count: int) -> Iterator[Trajectory]:
-    """Yield up to `count` starts: TOPP-RA timing, then closed-form timing with random proportions.
+    """Yield up to `count` starts: centripetal timing, TOPP-RA timing, closed-form timing with random proportions.
 
     Parameters
     ----------
@@ -33,13 +33,29 @@ def other_starts(task: TrajectoryTask, rng: np.random.Generator, count: int) -> 
     """
     if count <= 0:
         return
-    durations = toppra_durations(task)
+    yield initial_guess(task, centripetal_durations(task))
+    durations = toppra_durations(task) if count > 1 else None
     if durations is not None:
         yield initial_guess(task, durations)
         count -= 1
+    count -= 1
     for _ in range(count):
         factors = STRETCH * np.exp(SPREAD * rng.standard_normal(task.gaps))
         yield initial_guess(task, closed_form_durations(task) * factors)
+
+
+def centripetal_durations(task: TrajectoryTask) -> Array:
+    """Return gap durations that grow with the root of the distance, (K - 1,) s, before any scaling.
+
+    Splines timed so leave the waypoints' range least (Lee 1989, "Choosing nodes in parametric curve interpolation"),
+    which helps where positions are limited. Every joint counts by the range it passes through.
+    """
+    travel = np.ptp(task.waypoints, axis=0)
+    steps = np.diff(task.waypoints, axis=0) / np.where(travel > 0, travel, 1.0)
+    roots = np.sqrt(np.linalg.norm(steps, axis=1))
+    largest = float(roots.max()) or 1.0
+    result: Array = np.maximum(roots, 0.05 * largest) / largest
+    return result
 
 
 def toppra_durations(task: TrajectoryTask) -> Array | None:

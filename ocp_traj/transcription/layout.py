@@ -17,7 +17,11 @@ SHORTEST = 1e-3
 """Least duration of a segment, in an even share of its gap in the guess."""
 
 SHORTEST_WITH_KNOTS = 0.02
-"""The same with two virtual knots or more, where the guess comes from a solution with fewer."""
+"""The same for cubics with two virtual knots or more, where the guess comes from a solution with fewer."""
+
+SHORTEST_OF_HIGHER_DEGREE = 0.1
+"""The same for quintics and septics with virtual knots: where their knots meet, the derivatives that have to be
+continuous there grow without bound, and the best motion is a limit that no solver reaches."""
 
 
 @dataclass(frozen=True)
@@ -114,6 +118,8 @@ def _shortest_durations(task: TrajectoryTask, guess: Trajectory) -> Array:
     iterations.
     """
     part = SHORTEST_WITH_KNOTS if task.virtual_knots > 1 else SHORTEST
+    if task.virtual_knots and get_family(task.family).degree > 3:
+        part = SHORTEST_OF_HIGHER_DEGREE
     shares = guess.segment_durations / (task.virtual_knots + 1)
     least: Array = np.repeat(part * shares, task.virtual_knots + 1)
     return least
