@@ -131,3 +131,18 @@ def test_no_motion_of_random_cases_is_shorter_than_its_bound() -> None:
 @pytest.mark.slow
 def test_no_motion_of_500_random_cases_is_shorter_than_its_bound() -> None:
     assert check_random_cases(500, 21) >= 900
+
+
+def test_the_whole_suite_holds_accepted_motions_against_their_bounds() -> None:
+    from ocp_traj.audit import audit
+    from ocp_traj.trajectory import Trajectory
+
+    contradiction = audit.__globals__["contradiction"]  # tests/conftest.py put it around the judge
+    task = TrajectoryTask(np.array([[0.0], [2.0]]), Limits(velocity=1.0, acceleration=2.0))
+    shape = 2.0 * np.array([[[0.0, 0, 0, 10.0, -15.0, 6.0]]])
+    for duration, complaint in ((6.0, ""), (2.4, "pass the audit, but not the exact test")):
+        scaled = shape / duration ** np.arange(6)
+        motion = Trajectory(np.array([0.0, duration]), scaled, np.array([0.0, duration]), "quintic")
+        assert complaint in contradiction(task, motion)
+        assert bool(contradiction(task, motion)) == bool(complaint)
+        assert audit(task, motion).feasible == (not complaint)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from ocp_traj.exceptions import InputError
-from ocp_traj.references import convex_reference, toppra_reference
+from ocp_traj.references import ReferenceResult, convex_reference, toppra_reference
+from ocp_traj.references.time_optimal import refine
 from ocp_traj.task import Boundary, Limits, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
@@ -37,13 +38,12 @@ def test_tiny_and_huge_paths_are_timed_alike(method: object, size: float) -> Non
     assert method(task, "chord").duration == pytest.approx(method(unit, "chord").duration, rel=1e-5)
 
 
-def test_a_still_joint_and_duplicate_waypoints_change_nothing() -> None:
+@pytest.mark.parametrize("method", METHODS)
+def test_a_still_joint_and_duplicate_waypoints_change_nothing(method: object) -> None:
     points = np.array([[0.0, 0, 5], [1, 2, 5], [1, 2, 5], [3, 1, 5]])
     task = TrajectoryTask(points, Limits(velocity=1.0, acceleration=2.0))
     plain = TrajectoryTask(points[[0, 1, 3], :2], Limits(velocity=1.0, acceleration=2.0))
-    assert toppra_reference(task, "chord").duration == pytest.approx(
-        toppra_reference(plain, "chord").duration
-    )
+    assert method(task, "chord").duration == pytest.approx(method(plain, "chord").duration, rel=1e-5)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -56,6 +56,23 @@ def test_durations_of_the_public_case(machines: TrajectoryTask) -> None:
     # toppra's own constraints and 4000 grid points give 1.60925 and 1.64522
     assert toppra_reference(machines, "uniform").duration == pytest.approx(1.60925, rel=1e-3)
     assert toppra_reference(machines, "chord").duration == pytest.approx(1.64522, rel=1e-3)
+
+
+@pytest.mark.parametrize("path", ["uniform", "chord"])
+def test_the_grid_is_refined_until_the_duration_is_stable(machines: TrajectoryTask, path: str) -> None:
+    fine = toppra_reference(machines, path, points=3200)
+    assert toppra_reference(machines, path).duration == pytest.approx(fine.duration, rel=1e-3)
+
+
+def test_refinement_doubles_the_cells_until_nothing_changes() -> None:
+    asked = []
+
+    def solve(cells: int) -> ReferenceResult:
+        asked.append(cells)
+        return ReferenceResult("toppra", "chord", 1.0 + 1.0 / cells, points=cells)
+
+    result = refine(solve, 1e-3, None)
+    assert asked == [200, 400, 800, 1600] and result.points == 1600  # 1/800 - 1/1600 is the first below 0.001
 
 
 def test_agrees_with_toppra_on_its_own_constraints() -> None:
