@@ -7,7 +7,7 @@ import numpy as np
 from ocp_traj.arrays import Array
 from ocp_traj.papers.experiments import PUBLISHED_PROTOCOL
 from ocp_traj.papers.measures import number, spread_of
-from ocp_traj.papers.motions import joint_optima
+from ocp_traj.papers.motions import certified_optimum, joint_optima
 from ocp_traj.papers.paper import Paper, Table
 from ocp_traj.papers.records import Records
 
@@ -38,3 +38,23 @@ def joints_table(paper: Paper, records: Records, note: str = "") -> Table:
         f"search durations from {shortest:g} s on; the optimum has no such bound, so where a joint may pass a gap in "
         f"no time at all it is shorter by up to {shortest:g} s a gap, and has no proof.{note}",
     )
+
+
+def segments_table(paper: Paper, records: Records, printed: list[float] | None = None) -> Table:
+    """Return the synchronised durations of the segments: printed, found, and best for all joints together."""
+    shared = certified_optimum(paper.task(), records)["durations"]
+    rows = [] if printed is None else [_segments_row("printed", printed)]
+    for label in paper.protocol.labels:
+        runs = [row["segments"] for row in records.runs(label, PUBLISHED_PROTOCOL)]
+        if runs:
+            best = min(runs, key=sum)
+            rows.append(_segments_row(f"{label}, shortest of {len(runs)} runs", best))
+    rows.append(_segments_row("shared by all joints, least feasible", shared))
+    header = ("motion", *(f"segment {gap + 1}, s" for gap in range(len(shared))), "total, s")
+    return Table(
+        "Durations of the segments", header, tuple(rows), "The largest over the joints that move in it."
+    )
+
+
+def _segments_row(words: str, durations: list[float]) -> tuple[str, ...]:
+    return (words, *(number(h, 3) for h in durations), number(sum(durations), 3))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ocp_traj.papers.experiments import BETTER_CURVE, PUBLISHED_PROTOCOL, Protocol
-from ocp_traj.papers.joints_apart import joints_table, totals
+from ocp_traj.papers.joints_apart import joints_table, segments_table, totals
 from ocp_traj.papers.measures import number, order_with_tests, quartiles
 from ocp_traj.papers.motions import audit_durations, certified_optimum, joint_optima, synchronised_optima
 from ocp_traj.papers.paper import AuditedMotion, Claim, Figure, Paper, Table
@@ -104,8 +104,8 @@ class PaperB(Paper):
         return found
 
     def tables(self, records: Records) -> list[Table]:
-        """Return the joints alone."""
-        return [joints_table(self, records, " Joint 1 does not move.")]
+        """Return the segments and the joints alone."""
+        return [segments_table(self, records), joints_table(self, records, " Joint 1 does not move.")]
 
     def claims(self, records: Records) -> list[Claim]:
         """Return B's claims."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ocp_traj.papers.experiments import PUBLISHED_PROTOCOL, Protocol
-from ocp_traj.papers.joints_apart import joints_table, totals
+from ocp_traj.papers.joints_apart import joints_table, segments_table, totals
 from ocp_traj.papers.measures import number, quartiles
 from ocp_traj.papers.motions import audit_durations, certified_optimum, joint_optima, synchronised_optima
 from ocp_traj.papers.paper import AuditedMotion, Claim, Figure, Paper, Table
@@ -100,10 +100,15 @@ class PaperD(Paper):
         ]
 
     def tables(self, records: Records) -> list[Table]:
-        """Return the joints alone, what the printed durations ask of each joint, and energies."""
+        """Return segments, the joints alone, what the printed durations ask of each joint, and energies."""
         from ocp_traj.papers.fanuc_energy import energy_table
 
-        return [joints_table(self, records), _needed(self.task()), energy_table(self.task(), records)]
+        return [
+            segments_table(self, records, PUBLISHED),
+            joints_table(self, records),
+            _needed(self.task()),
+            energy_table(self.task(), records),
+        ]
 
     def claims(self, records: Records) -> list[Claim]:
         """Return D's claims."""
