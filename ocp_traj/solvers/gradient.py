@@ -351,7 +351,19 @@ class Gradient(Solver):
         return nlp
 
     def _call(self, nlp: Nlp, account: Account, *, warm: bool, before: Answer | None) -> Answer:
-        """Call the plug-in once; `before` is the answer of the same task with fewer points."""
+        """Call the plug-in; `before` is the answer of the same task with fewer points.
+
+        Second derivatives of exact extrema do not exist where two of them meet; a call that ends there is made
+        again with an approximate Hessian.
+        """
+        answer = self._call_once(nlp, account, warm=warm, before=before, exact=True)
+        if answer.status is Status.FAILED and isinstance(nlp, CondensedNlp) and not account.exhausted():
+            answer = self._call_once(nlp, account, warm=warm, before=before, exact=False)
+        return answer
+
+    def _call_once(
+        self, nlp: Nlp, account: Account, *, warm: bool, before: Answer | None, exact: bool
+    ) -> Answer:
         clock = time.perf_counter()
         plugin = plugin_named(self.plugin)
         dual = before is not None and plugin.takes_multipliers and isinstance(nlp, LiftedNlp)
@@ -362,6 +374,7 @@ class Gradient(Solver):
             warm or before is not None,
             dual,
             1.0 / max(abs(_cost(nlp)), 1e-300),
+            exact,
         )
         quiet = {"print_time": False, "error_on_fail": False, "show_eval_warnings": False}
         options = {**quiet, **plugin.options(stage)}

@@ -29,6 +29,8 @@ class Stage:
         Multipliers come with it.
     cost_scale : float
         One over the size of the cost.
+    exact : bool
+        Use the exact Hessian, else an approximation by gradients.
     """
 
     tolerance: float
@@ -37,6 +39,7 @@ class Stage:
     warm: bool
     dual: bool
     cost_scale: float
+    exact: bool = True
 
 
 @dataclass(frozen=True)
@@ -77,6 +80,8 @@ def _ipopt(stage: Stage) -> dict[str, Any]:
     }
     if stage.seconds is not None:
         options["max_wall_time"] = max(stage.seconds, 1e-3)
+    if not stage.exact:
+        options["hessian_approximation"] = "limited-memory"
     if stage.warm:
         options["mu_init"] = 1e-4
     if stage.dual:
