@@ -297,8 +297,10 @@ def test_urscript_is_refused_for_two_joints(solved: Path, capsys: pytest.Capture
 
 
 def test_reference_writes_the_contracts_json(capsys: pytest.CaptureFixture[str], solved: Path) -> None:
-    arguments = ["--result", str(solved / "result.json"), "--json", "-"]
+    picture = solved / "references.png"
+    arguments = ["--result", str(solved / "result.json"), "--json", "-", "--plot", str(picture)]
     assert run(["reference", str(solved / "case.toml"), *arguments]) == 0
+    assert picture.read_bytes()[:4] == b"\x89PNG"
     found = json.loads(capsys.readouterr().out)
     assert {"schema", "case", "kinematic_bound", "toppra", "convex"} <= set(found)
     assert set(found["toppra"]) == {"uniform", "chord", "spline"}
