@@ -47,8 +47,9 @@ class ThreeFiveThree(Family):
 def cubic_end(start: list[Any], position: Any, h: Any) -> list[Any]:
     """End state of the cubic with start state (q, v, a) that reaches `position` after h."""
     q, v, a = start
-    c = (position - q - v * h - a * h**2 / 2) / h**3
-    return [position, v + a * h + 3 * c * h**2, a + 6 * c * h]
+    change = a * h
+    slope = (position - q - (v + change / 2) * h) / h
+    return [position, v + change + 3 * slope, a + 6 * slope / h]
 
 
 def _cubic_piece(start: list[Any], end: list[Any], h: Any) -> Piece:

@@ -58,7 +58,7 @@ class CurveBatch:
 
         A joint that stands still then has derivatives of exactly 0, whose sign friction asks for.
         """
-        rise = self.states.copy()
+        rise: Array = self.states.copy()
         rise[:, self.states.shape[1] // 2] -= self.states[:, 0]
         rise[:, 0] = 0.0
         return rise

@@ -47,12 +47,12 @@ class Block:
         lower, upper = (bounds[:, 0] / scale).T, (bounds[:, 1] / scale).T
         return cls(name, np.asarray(joints), lower, upper, scale.T, fractions, per_gap)
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, int, int]:
         """(k, N, S)."""
         return self.scale.shape[0], len(self.fractions), self.scale.shape[1]
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of rows."""
         return int(np.prod(self.shape))

@@ -31,8 +31,8 @@ def write_exact(curves: CurveBatch, order: int, block: Block, out: Array) -> Non
     """Write by how much the largest and the smallest value are outside, (k, 2, S, p)."""
     lower, upper = (side[:, None, :, None] for side in (block.lower, block.upper))
 
-    def outside(largest: Array, smallest: Array, segments: Any) -> Any:
-        return (largest > upper[:, 0, segments]) | (smallest < lower[:, 0, segments])
+    def outside(largest: Array, smallest: Array) -> Any:
+        return (largest > upper[:, 0]) | (smallest < lower[:, 0])
 
     _write_extremes(curves, order, block, outside, out)
     below = lower - out
@@ -49,8 +49,8 @@ def largest_ratio(curves: CurveBatch, order: int, block: Block, floor: Array) ->
     with np.errstate(divide="ignore"):
         lower, upper = (1.0 / side[:, :, None] for side in (block.lower, block.upper))
 
-    def exceeding(largest: Array, smallest: Array, segments: Any) -> Any:
-        return _ratio(largest, smallest, upper[:, segments], lower[:, segments]) > floor
+    def exceeding(largest: Array, smallest: Array) -> Any:
+        return _ratio(largest, smallest, upper, lower) > floor
 
     values = np.empty((*lower.shape[:1], 2, *curves.h.shape))
     _write_extremes(curves, order, block, exceeding, values)
@@ -78,43 +78,51 @@ def write_positions(curves: CurveBatch, block: Block, out: Array) -> None:
     out[k, :, s, candidate] = over.T
 
 
+def _write_extremes(
+    curves: CurveBatch, order: int, block: Block, decide: Callable[[Array, Array], Any], out: Array
+) -> None:
+    """Write the largest and the smallest scaled value, (k, 2, S, p).
+
+    `decide` says from upper and lower bounds on the values (k, S, p) where extrema are needed; the values at the ends
+    stand where they are not.
+    """
+    coefficients = curves.coefficients(order)
+    if len(block.joints) < len(coefficients):
+        coefficients = coefficients[block.joints]
+    coefficients = coefficients * (curves.inverse_powers[order] / block.scale[:, :, None])[:, None]
+    top = curves.degree - order
+    if top > CHEAP:
+        _write_needed_extremes(coefficients, decide, out)
+        return
+    for degree, segments in _groups(curves.degrees):
+        own = coefficients[:, : degree + 1 - order, segments].swapaxes(0, 1)
+        out[:, 0, segments], out[:, 1, segments] = extremes(own, ARRAYS)
+
+
+def _write_needed_extremes(coefficients: Array, decide: Callable[[Array, Array], Any], out: Array) -> None:
+    """Write extrema of polynomials (k, degree + 1, S, p) as `_write_extremes` does, where they are needed."""
+    joints, terms = coefficients.shape[:2]
+    hulls = np.matmul(bernstein_change(terms - 1), coefficients.reshape(joints, terms, -1))
+    hulls = hulls.reshape(coefficients.shape)
+    np.maximum(hulls[:, 0], hulls[:, -1], out=out[:, 0])
+    np.minimum(hulls[:, 0], hulls[:, -1], out=out[:, 1])
+    k, s, candidate = np.nonzero(decide(hulls.max(axis=1), hulls.min(axis=1)))
+    if len(k):
+        own = np.ascontiguousarray(coefficients[k, :, s, candidate].T)
+        out[k, 0, s, candidate], out[k, 1, s, candidate] = extremes(own, ARRAYS)
+
+
 @lru_cache
 def _groups(degrees: tuple[int, ...]) -> tuple[tuple[int, slice], ...]:
-    """Return (degree, segments) of neighbouring segments of one degree; the first and the last may be neighbours."""
+    """Return (degree, segments) of the runs of one degree; a first and a last one among others count as one."""
     last = len(degrees) - 1
-    if last > 1 and degrees[0] == degrees[last] and set(degrees[1:last]) != {degrees[0]}:
+    if last > 1 and degrees[0] == degrees[last] and degrees[0] not in degrees[1:last]:
         inner = tuple(
             (degree, slice(run.start + 1, run.stop + 1)) for degree, run in _groups(degrees[1:last])
         )
         return ((degrees[0], slice(0, last + 1, last)), *inner)
     starts = [k for k in range(last + 1) if k == 0 or degrees[k] != degrees[k - 1]]
     return tuple((degrees[a], slice(a, b)) for a, b in zip(starts, [*starts[1:], last + 1]))
-
-
-def _write_extremes(
-    curves: CurveBatch, order: int, block: Block, decide: Callable[[Array, Array, Any], Any], out: Array
-) -> None:
-    """Write the largest and the smallest scaled value, (k, 2, S, p).
-
-    `decide` says from upper and lower bounds on the values (k, S', p) of some segments where extrema are needed; the
-    values at the ends stand where they are not.
-    """
-    coefficients = curves.coefficients(order)
-    if len(block.joints) < len(coefficients):
-        coefficients = coefficients[block.joints]
-    coefficients = coefficients * (curves.inverse_powers[order] / block.scale[:, :, None])[:, None]
-    for degree, segments in _groups(curves.degrees):
-        own = coefficients[:, : degree + 1 - order, segments].swapaxes(0, 1)
-        if len(own) - 1 <= CHEAP:
-            out[:, 0, segments], out[:, 1, segments] = extremes(own, ARRAYS)
-            continue
-        hulls = np.matmul(bernstein_change(degree - order), np.ascontiguousarray(own).reshape(len(own), -1))
-        hulls = hulls.reshape(own.shape)
-        largest, smallest = (np.asarray(pick(own[0], hulls[-1])) for pick in (np.maximum, np.minimum))
-        wanted = decide(hulls.max(axis=0), hulls.min(axis=0), segments)
-        if np.count_nonzero(wanted):
-            largest[wanted], smallest[wanted] = extremes(own[:, wanted], ARRAYS)
-        out[:, 0, segments], out[:, 1, segments] = largest, smallest
 
 
 def _ratio(largest: Array, smallest: Array, upper: Array, lower: Array) -> Array:

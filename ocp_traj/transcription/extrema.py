@@ -27,6 +27,10 @@ class Operations(Protocol):
     absolute: Any
     maximum: Any
     minimum: Any
+    copysign: Any
+
+    def total(self, values: Any) -> Any:
+        """Return the sum of the values."""
 
     def each(self, function: Callable[[Any], Any], values: list[Any]) -> Any:
         """Return the function of each value."""
@@ -49,10 +53,15 @@ class ArrayOperations:
     absolute: Any = staticmethod(np.absolute)
     maximum: Any = staticmethod(np.maximum)
     minimum: Any = staticmethod(np.minimum)
+    copysign: Any = staticmethod(np.copysign)
+
+    def total(self, values: Any) -> Any:
+        """Return the sum of the values."""
+        return np.add.reduce(values, axis=0)
 
     def each(self, function: Callable[[Any], Any], values: list[Any]) -> Any:
         """Return the function of each value, along the first axis."""
-        return function(np.stack(values))
+        return function(np.array(values))
 
     def differentiate(self, coefficients: Any) -> Any:
         """Return the coefficients of the derivative, in one array."""
@@ -61,7 +70,7 @@ class ArrayOperations:
 
     def normalise(self, coefficients: Any) -> Any:
         """Return the coefficients divided by the sum of their magnitudes, in one array."""
-        return coefficients / (np.absolute(coefficients).sum(axis=0) + 1e-300)
+        return coefficients / (np.add.reduce(np.absolute(coefficients), axis=0) + 1e-300)
 
 
 class SymbolicOperations:
@@ -77,8 +86,13 @@ class SymbolicOperations:
         self.absolute: Any = ca.fabs
         self.maximum: Any = ca.fmax
         self.minimum: Any = ca.fmin
+        self.copysign: Any = lambda size, sign: ca.if_else(sign < 0, -size, size)
         # The small shift keeps the derivative of the real cube root finite at 0.
         self.cbrt: Any = lambda x: ca.sign(x) * (ca.fabs(x) + 1e-300) ** (1.0 / 3.0)
+
+    def total(self, values: Any) -> Any:
+        """Return the sum of the values."""
+        return sum(values[1:], values[0])
 
     def each(self, function: Callable[[Any], Any], values: list[Any]) -> Any:
         """Return the function of each value, in a list."""
@@ -101,7 +115,7 @@ def extremes(coefficients: Any, ops: Operations) -> tuple[Any, Any]:
     exact to rounding wherever an extremum matters. `coefficients` is an array whose first axis is the power, or a
     list of symbols.
     """
-    start, end = coefficients[0], evaluate(coefficients, 1.0)
+    start, end = coefficients[0], ops.total(coefficients)
     largest, smallest = ops.maximum(start, end), ops.minimum(start, end)
     if len(coefficients) < 3:
         return largest, smallest
@@ -128,7 +142,7 @@ def _roots(coefficients: Any, ops: Operations) -> list[Any]:
     if degree == 1:
         return [-coefficients[0] / ops.where(coefficients[1] == 0, 1.0, coefficients[1])]
     monic = ops.normalise(coefficients)
-    leading = ops.where(ops.absolute(monic[-1]) < TINY, TINY, monic[-1])
+    leading = _away_from_zero(monic[-1], TINY, ops)
     if degree == 2:
         return _quadratic_roots(monic[0], monic[1], leading, ops)
     if degree == 3:
@@ -136,11 +150,16 @@ def _roots(coefficients: Any, ops: Operations) -> list[Any]:
     raise ValueError(f"closed form of degree {degree} asked for, expected at most 3")
 
 
+def _away_from_zero(value: Any, least: float, ops: Operations) -> Any:
+    """Return the value with a magnitude of at least `least`, to divide by."""
+    return ops.copysign(ops.maximum(ops.absolute(value), least), value)
+
+
 def _quadratic_roots(c: Any, b: Any, a: Any, ops: Operations) -> list[Any]:
     """Roots of a t^2 + b t + c without cancellation."""
     root = ops.sqrt(ops.maximum(b * b - 4 * a * c, 0.0) + 1e-300)
-    half = -0.5 * (b + ops.where(b < 0, -root, root))
-    half = ops.where(ops.absolute(half) < 1e-150, 1e-150, half)
+    half = -0.5 * (b + ops.copysign(root, b))
+    half = _away_from_zero(half, 1e-150, ops)
     return [half / a, c / half]
 
 
@@ -148,7 +167,7 @@ def _guarded_cubic_roots(monic: Any, ops: Operations) -> list[Any]:
     """Roots of a cubic whose leading coefficient may vanish: then those of the quadratic start the polishing."""
     flat = ops.absolute(monic[3]) < 1e-5
     leading = ops.where(flat, 1.0, monic[3])
-    square = ops.where(ops.absolute(monic[2]) < TINY, TINY, monic[2])
+    square = _away_from_zero(monic[2], TINY, ops)
     fallback = [*_quadratic_roots(monic[0], monic[1], square, ops), 0.0]
     roots = _cubic_roots(monic[0] / leading, monic[1] / leading, monic[2] / leading, ops)
     starts = [ops.where(flat, other, root) for root, other in zip(roots, fallback)]
@@ -166,9 +185,9 @@ def _cubic_roots(c: Any, b: Any, a: Any, ops: Operations) -> list[Any]:
     one_real = discriminant > 0
     radical = ops.sqrt(ops.maximum(discriminant, 0.0) + 1e-300)
     # Take the larger cube root, the other follows from their product -p / 3.
-    base = -q / 2 + ops.where(q > 0, -radical, radical)
+    base = -(q / 2 + ops.copysign(radical, q))
     u = ops.cbrt(base)
-    single = u - third / ops.where(ops.absolute(u) < 1e-100, 1e-100, u)
+    single = u - third / _away_from_zero(u, 1e-100, ops)
     radius = ops.sqrt(ops.maximum(-third, 0.0) + 1e-300)
     cosine = -q / (2 * radius * radius * radius + 1e-300)
     angle = ops.arccos(ops.minimum(ops.maximum(cosine, -1 + 1e-16), 1 - 1e-16)) / 3
@@ -183,6 +202,6 @@ def _polish(coefficients: Any, slope: Any, root: Any, ops: Operations) -> Any:
     """One guarded Newton step for a root inside (or near) [0, 1]; `slope` is the derivative."""
     at = ops.minimum(ops.maximum(root, -1.0), 2.0)
     steep = evaluate(slope, at)
-    steep = ops.where(ops.absolute(steep) < 1e-8, 1e-8, steep)
+    steep = _away_from_zero(steep, 1e-8, ops)
     step = ops.minimum(ops.maximum(evaluate(coefficients, at) / steep, -1e-2), 1e-2)
     return at - step
