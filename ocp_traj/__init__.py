@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     )
     from ocp_traj.solve import SolveResult, solve
     from ocp_traj.solvers import solver_names, solver_table
+    from ocp_traj.solvers.pareto import ParetoFront, pareto_front
     from ocp_traj.task import (
         Boundary,
         CustomConstraint,
@@ -75,6 +76,7 @@ _MODULES = {
     ),
     "ocp_traj.solve": ("SolveResult", "solve"),
     "ocp_traj.solvers": ("solver_names", "solver_table"),
+    "ocp_traj.solvers.pareto": ("ParetoFront", "pareto_front"),
     "ocp_traj.task": (
         "Boundary",
         "CustomConstraint",
@@ -102,6 +104,7 @@ __all__ = [
     "Motor",
     "Objective",
     "OcpTrajError",
+    "ParetoFront",
     "Payload",
     "Robot",
     "Search",
@@ -120,6 +123,7 @@ __all__ = [
     "load_case",
     "load_robot",
     "objective_value",
+    "pareto_front",
     "read_csv",
     "robot_from_dh",
     "robot_from_urdf",

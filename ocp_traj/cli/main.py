@@ -20,6 +20,7 @@ _COMMANDS = {
     "check": "ocp_traj.cli.cases:check_cases",
     "audit": "ocp_traj.cli.auditing:audit_motion",
     "reference": "ocp_traj.cli.referencing:reference_case",
+    "pareto": "ocp_traj.cli.pareto:pareto_case",
     "compare": "ocp_traj.cli.comparing:compare_solvers",
     "report": "ocp_traj.cli.comparing:write_report_again",
     "papers": "ocp_traj.cli.papers:run_papers",
