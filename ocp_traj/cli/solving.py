@@ -92,8 +92,12 @@ def _show(console: Console, result: Any) -> None:
             console.print(f"  tightest   {place}: ratio {worst.ratio:.7f}", markup=False)
         for finding in result.audit.findings:
             console.print(f"  {finding}", markup=False)
-    console.print(f"  status     {solution.status.key}: {solution.message}", markup=False)
+    told = result.audit is not None and result.diagnosis in result.audit.findings
+    message = solution.message if told else result.message
+    console.print(f"  status     {solution.status.key}: {message}", markup=False)
     console.print(
         f"  cost       {solution.evaluations} evaluations, build {solution.build_time:.3f} s, "
         f"solve {solution.solve_time:.3f} s"
     )
+    calls = ", ".join(f"{name} {count}" for name, count in result.counts.items())
+    console.print(f"  calls      {calls}; encoding {result.encoding}", markup=False)

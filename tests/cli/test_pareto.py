@@ -109,3 +109,9 @@ def test_wrong_input_is_one_sentence(case: str, arguments: list[str], sentence: 
     last = capsys.readouterr().err.strip().splitlines()[-1]
     assert last.startswith("ocp-traj: ")
     assert sentence in last
+
+
+def test_solve_shows_why_a_task_has_no_answer_once(case: str, capsys) -> None:
+    assert run(["solve", case, "--set", "limits.velocity=0.0"]) == 1
+    shown = capsys.readouterr().out
+    assert shown.count("velocity: joint 1, gap 1: the limit is 0, but the joint must move by 1.") == 1
