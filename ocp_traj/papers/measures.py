@@ -10,6 +10,9 @@ from ocp_traj.papers.paper import Claim
 
 SIGNIFICANT = 0.05
 
+FEW = 4
+"""Methods whose pairs are all named in a ranking."""
+
 
 def number(value: float | None, digits: int = 4) -> str:
     """Format a number for a table; none and infinity say so."""
@@ -67,6 +70,20 @@ def order_with_tests(columns: dict[str, Array]) -> tuple[list[str], set[tuple[st
     if not pairs:
         words.append("no difference between two of them is significant at 5 % (Wilcoxon, Holm)")
     return ordered, {(pair.better, pair.worse) for pair in pairs}, "; ".join(words)
+
+
+def ranking_words(columns: dict[str, Array]) -> str:
+    """Say the order of methods and what is proved of it; of many methods only how many others each one beats."""
+    ordered, proven, tests = order_with_tests(columns)
+    if len(columns) <= FEW or "no test" in tests:
+        return tests
+    beaten = {label: sum(better == label for better, _ in proven) for label in ordered}
+    head = "; ".join(tests.split("; ")[:2])
+    places = ", ".join(f"{label} ({beaten[label]})" for label in ordered)
+    return (
+        f"{head}. In the order of medians, in brackets how many others each is proved to beat (Wilcoxon, Holm, 5 %): "
+        f"{places}"
+    )
 
 
 def claim_order(sentence: str, source: str, columns: dict[str, Array], unit: str) -> Claim:

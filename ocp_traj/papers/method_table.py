@@ -8,7 +8,7 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.papers.experiments import EQUAL_EVALUATIONS, PUBLISHED_PROTOCOL, Experiment
-from ocp_traj.papers.measures import number, order_with_tests, quartiles, spread_of
+from ocp_traj.papers.measures import number, quartiles, ranking_words, spread_of
 from ocp_traj.papers.paper import Paper
 from ocp_traj.papers.records import Records
 
@@ -44,7 +44,7 @@ def method_table(paper: Paper, records: Records, group: str, experiments: list[E
         f"{paper.minimised}, {unit}: median (quartiles)",
         f"best of {min(paper.runs, seeds)}",
         "feasible runs",
-        "worst ratio (median)",
+        "worst ratio of a limit (median)",
         *(("total once slowed into the limits, s",) if apart else ()),
         "evaluations",
         "generations to 0.1 %",
@@ -54,9 +54,12 @@ def method_table(paper: Paper, records: Records, group: str, experiments: list[E
     yield from markdown_table(header, [_row(paper, records, entry, apart) for entry in experiments])
     yield ""
     many = [entry for entry in experiments if not entry.once]
+    ranked = [entry for entry in many if len(records.runs(entry.label, group)) == seeds]
     if len(many) > 1:
-        columns = {entry.label: _values(paper, records, entry, apart) for entry in many}
-        yield from (f"Ranking: {order_with_tests(columns)[2]}.", "")
+        columns = {entry.label: _values(paper, records, entry, apart) for entry in ranked}
+        left_out = ", ".join(entry.label for entry in many if entry not in ranked)
+        words = f" (without {left_out}: fewer runs)" if left_out else ""
+        yield from (f"Ranking{words}: {ranking_words(columns)}.", "")
 
 
 def _spent(paper: Paper, experiments: list[Experiment]) -> str:

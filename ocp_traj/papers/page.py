@@ -68,10 +68,14 @@ def made_by(command: str, reduced: bool) -> list[str]:
 def seeds_of(counts: Sequence[int]) -> list[str]:
     """Return the sentence that says how many runs of every method there are."""
     least, most = min(counts, default=0), max(counts, default=0)
-    words = f"{least} runs" if least == most else f"{least} to {most} runs"
-    if least >= MEASURED_SEEDS:
-        return [f"{words} of every method, one a seed; what runs once says so."]
-    return [f"**{words} of a method only: medians are rough, and tests can hardly prove a difference.**"]
+    if most < MEASURED_SEEDS:
+        words = f"{least} runs" if least == most else f"{least} to {most} runs"
+        return [f"**{words} of a method only: medians are rough, and tests can hardly prove a difference.**"]
+    if least == most:
+        return [f"{most} runs of every method, one a seed; what runs once says so."]
+    return [
+        f"{most} runs of a method, one a seed; what has fewer, down to {least}, or runs once says so and is not ranked."
+    ]
 
 
 def claims_table(claims: Sequence[Claim]) -> list[str]:

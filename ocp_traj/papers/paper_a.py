@@ -39,7 +39,7 @@ class PaperA(Paper):
     stand_ins = (
         "Path points (Table 1), limits, time series (Table 3) and running times (Table 2) are lost: "
         "waypoints, limits and the bound of 2.8 s on the duration are stand-ins, so no number of the paper "
-        "can be met, only its order.",
+        "can be met, only its order. A motion longer than that bound is infeasible, whatever its worst ratio.",
         "The energy formula is lost; the sum of |torque times velocity| is our reading.",
         "Equations 9 to 12 are lost: elite opposition, Gauss-Cauchy mutation and its threshold 1e-3 are standard "
         "forms.",

@@ -9,7 +9,14 @@ from ocp_traj.papers.claims_b import _misses_of_equation_5
 from ocp_traj.papers.claims_d import _heights
 from ocp_traj.papers.fanuc_inertia import to_fanuc, with_inertia
 from ocp_traj.papers.inverse_timing import timing_claims
-from ocp_traj.papers.measures import claim_first, claim_gain, claim_last, claim_order, order_with_tests
+from ocp_traj.papers.measures import (
+    claim_first,
+    claim_gain,
+    claim_last,
+    claim_order,
+    order_with_tests,
+    ranking_words,
+)
 from ocp_traj.papers.motions import audit_durations
 from ocp_traj.papers.paper_b import PaperB
 from ocp_traj.papers.paper_d import PUBLISHED, PaperD, misprinted
@@ -24,6 +31,18 @@ def test_a_claimed_order_holds_only_where_neighbours_differ_significantly() -> N
     assert claim_order("c < a", "", {"c": columns["c"], "a": columns["a"]}, "s").verdict == "does not hold"
     close = {"a": 1.0 + RNG.random(20), "b": 1.0 + RNG.random(20)}
     assert claim_order("a < b", "", close, "s").verdict == "not proven"
+
+
+def test_the_ranking_of_many_methods_counts_whom_each_beats() -> None:
+    columns = {f"m{k}": k + NOISE for k in (3, 1, 5, 2, 4)}
+    words = ranking_words(columns)
+    assert words.startswith("20 seeds; Friedman p = ")
+    assert words.endswith("m1 (4), m2 (3), m3 (2), m4 (1), m5 (0)")
+    assert "m1 before m2 (Wilcoxon" in ranking_words({label: columns[label] for label in ("m1", "m2")})
+    assert (
+        ranking_words({label: values[:1] for label, values in columns.items()})
+        == "1 seed: no test is possible"
+    )
 
 
 def test_first_and_last_do_not_care_for_the_order_of_the_others() -> None:

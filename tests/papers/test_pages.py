@@ -10,10 +10,10 @@ import pytest
 from ocp_traj.papers import PAPERS, get_paper
 from ocp_traj.papers.experiments import EQUAL_EVALUATIONS, PUBLISHED_PROTOCOL, Experiment, Protocol
 from ocp_traj.papers.figures import lines_figure
-from ocp_traj.papers.method_table import markdown_table
+from ocp_traj.papers.method_table import markdown_table, method_table
 from ocp_traj.papers.page import claims_table, seeds_of, write_page, write_summary
 from ocp_traj.papers.paper import Claim, Figure, Paper, Table
-from ocp_traj.papers.records import Records, run_missing
+from ocp_traj.papers.records import Records, experiment_key, run_missing
 from ocp_traj.papers.reproduce import command_line
 
 PROVED = {"lower": 3.99, "upper": 4.0, "message": "proved"}
@@ -96,6 +96,20 @@ def test_the_summary_counts_verdicts_and_links_every_page(records: Records, tmp_
     assert "paper-d" in text and "2 runs of DE." in text
 
 
+def test_methods_with_fewer_runs_are_shown_but_not_ranked(records: Records) -> None:
+    paper = SmallPaper()
+    entries = paper.experiments(True)
+    records.choose(
+        (experiment_key(paper, entry, seed), entry)
+        for entry in entries
+        for seed in range(1 if entry.label == "DE" else 2)
+    )
+    equal = [entry for entry in entries if entry.group == EQUAL_EVALUATIONS]
+    text = "\n".join(method_table(paper, records, EQUAL_EVALUATIONS, equal))
+    assert "Ranking (without DE: fewer runs): 2 seeds" in text
+    assert "| DE (`de`) |" in text
+
+
 def test_a_page_without_a_proof_says_why(
     records: Records, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -110,10 +124,13 @@ def test_a_page_without_a_proof_says_why(
     ("counts", "words"),
     [
         ([20, 20], "20 runs of every method, one a seed; what runs once says so."),
-        ([20, 25], "20 to 25 runs of every method, one a seed; what runs once says so."),
         (
             [4, 20],
-            "**4 to 20 runs of a method only: medians are rough, and tests can hardly prove a difference.**",
+            "20 runs of a method, one a seed; what has fewer, down to 4, or runs once says so and is not ranked.",
+        ),
+        (
+            [3, 4],
+            "**3 to 4 runs of a method only: medians are rough, and tests can hardly prove a difference.**",
         ),
     ],
 )
