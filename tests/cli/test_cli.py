@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -177,6 +178,16 @@ def test_solve_without_a_feasible_answer_gives_status_1_and_writes_it(tmp_path: 
         run(["solve", case, "--set", bounds, "--json", str(target), "--output", str(tmp_path / "m.csv")]) == 1
     )
     assert json.loads(target.read_text())["feasible"] is False
+
+
+@pytest.mark.parametrize(
+    ("solver", "calls"), [("ipopt", r"nlp_f \d+.* nlp_hess_l \d+"), ("random", "evaluate 9")]
+)
+def test_solve_shows_every_kind_of_call_and_the_encoding(
+    capsys: pytest.CaptureFixture[str], case: str, solver: str, calls: str
+) -> None:
+    run(["solve", case, "--solver", solver, "--budget", "9"])
+    assert re.search(rf"calls +{calls}.*; encoding [a-z-]+", capsys.readouterr().out)
 
 
 def test_the_audit_accepts_what_solve_wrote(solved: Path) -> None:
