@@ -10,7 +10,7 @@ from audit_motions import INERTIA, clamped_cubic, pendulum
 
 from ocp_traj.audit import audit
 from ocp_traj.audit.conditions import _within
-from ocp_traj.audit.kinematics import side_ratios
+from ocp_traj.audit.kinematics import _bound, position_width, range_ratios, side_ratios
 from ocp_traj.audit.verdict import Extremum
 from ocp_traj.task import Boundary, Limits, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
@@ -87,3 +87,89 @@ def test_a_position_may_jump_by_ten_nanoradians(jump: float, feasible: bool) -> 
     limits = Limits(position=1000.0, velocity=2.0)
     task = TrajectoryTask([[0.0], [1.0], [2.0]], limits, boundary=boundary, tolerance=1e-7)
     assert audit(task, motion).feasible is feasible
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "width"),
+    [
+        (-1.0, 3.0, 4.0),
+        (-np.inf, 2.0, 2.5),  # the farthest waypoint is at -0.5
+        (-3.0, np.inf, 4.0),  # the farthest waypoint is at 1
+        (-np.inf, np.inf, 1.0),
+    ],
+)
+def test_a_position_range_without_width_takes_its_end_to_the_farthest_waypoint(
+    lower: float, upper: float, width: float
+) -> None:
+    limits = Limits(position=[[lower], [upper]])
+    task = TrajectoryTask([[0.0], [1.0], [-0.5]], limits)
+    assert position_width(task).tolist() == [[[width]], [[width]]]
+
+
+@pytest.mark.parametrize("end", [[[-np.inf], [2.0]], [[2.0], [np.inf]]])
+def test_a_range_that_ends_where_all_waypoints_are_has_a_width_of_one(end: list[list[float]]) -> None:
+    task = TrajectoryTask([[2.0], [2.0]], Limits(position=end))
+    assert position_width(task).tolist() == [[[1.0]]]
+
+
+def test_every_gap_has_the_width_of_its_own_range() -> None:
+    ranges = np.array([[[-1.0], [2.0]], [[-np.inf], [5.0]]])
+    task = TrajectoryTask([[0.0], [1.0], [-0.5]], Limits(position=ranges))
+    assert position_width(task).tolist() == [[[3.0]], [[5.5]]]
+
+
+def test_inside_a_range_a_position_ratio_stays_between_nothing_and_one() -> None:
+    values = np.array([1.0, 0.0, -5.0, 5.0 + 1e-12, np.nan])
+    ratios = range_ratios(
+        values, np.full(5, -5.0), np.full(5, 5.0), np.array([10.0, 10.0, 2.0, 10.0, 10.0]), 1e-11
+    )
+    assert ratios.tolist() == [pytest.approx(0.6), 0.5, 1.0, 1.0, np.inf]
+    assert range_ratios(np.array([0.0]), -5.0, 5.0, np.array([2.0])).tolist() == [0.0]
+
+
+@pytest.mark.parametrize(
+    ("value", "centred", "bound"),
+    [
+        (1.9, True, 2.0),
+        (-0.9, True, -1.0),
+        (0.5, True, 2.0),
+        (0.4, True, -1.0),
+        (0.6, True, 2.0),
+        (2.5, True, 2.0),
+        (-1.5, True, -1.0),
+        (0.4, False, 2.0),
+        (0.0, False, 2.0),
+        (-0.1, False, -1.0),
+    ],
+)
+def test_the_bound_told_is_the_nearer_end_of_a_range_or_the_limit_of_the_values_side(
+    value: float, centred: bool, bound: float
+) -> None:
+    assert _bound(value, np.array([-1.0, 2.0]), centred) == bound
+
+
+@pytest.mark.parametrize(("jump", "feasible"), [(0.9e-6, True), (1.3e-6, False)])
+@pytest.mark.parametrize("velocity", [[[-1.0], [4.0]], [[-4.0], [1.0]]])
+def test_a_jump_is_held_against_the_smaller_of_two_limits(
+    velocity: list[list[float]], jump: float, feasible: bool
+) -> None:
+    pieces = [[[0.0, 0.5]], [[0.5, 0.5 + jump]]]
+    motion = Trajectory([0.0, 1.0, 2.0], pieces, [0.0, 1.0, 2.0])
+    boundary = Boundary(velocity=[[0.5], [0.5 + jump]], acceleration=None)
+    task = TrajectoryTask(
+        [[0.0], [0.5], [1.0 + jump]], Limits(velocity=velocity, acceleration=1.0), boundary=boundary
+    )
+    assert audit(task, motion).feasible is feasible
+
+
+@pytest.mark.parametrize(("jump", "feasible"), [(0.9e-6, True), (1.3e-6, False)])
+def test_a_jump_is_held_against_the_stricter_of_the_two_gaps(jump: float, feasible: bool) -> None:
+    pieces = [[[0.0, 0.5]], [[0.5, 0.5 + jump]]]
+    motion = Trajectory([0.0, 1.0, 2.0], pieces, [0.0, 1.0, 2.0])
+    boundary = Boundary(velocity=[[0.5], [0.5 + jump]], acceleration=None)
+    for order in (1, -1):
+        velocity = np.array([[[-1.0], [1.0]], [[-4.0], [4.0]]])[::order]
+        task = TrajectoryTask(
+            [[0.0], [0.5], [1.0 + jump]], Limits(velocity=velocity, acceleration=1.0), boundary=boundary
+        )
+        assert audit(task, motion).feasible is feasible
