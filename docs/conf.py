@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import os
 import re
+import sys
+from pathlib import Path
 from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))  # offline_math
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("MPLBACKEND", "Agg")
@@ -18,10 +22,8 @@ version = release = ocp_traj.__version__
 
 extensions = [
     "myst_parser",
+    "offline_math",
     "sphinx.ext.autodoc",
-    "sphinx.ext.autosummary",
-    "sphinx.ext.doctest",
-    "sphinx.ext.mathjax",
     "sphinx.ext.napoleon",
     "sphinx_copybutton",
     "sphinx_gallery.gen_gallery",
@@ -36,13 +38,15 @@ suppress_warnings = [
 html_theme = "furo"
 html_title = f"ocp-traj {release}"
 html_show_sourcelink = False
+html_math_renderer = "mathml"
+html_static_path = ["static"]
+html_css_files = ["pages.css"]
 
-myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
+myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 
 bibtex_bibfiles = ["references.bib"]
 
-autosummary_generate = True
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented"
@@ -59,6 +63,7 @@ READING_ORDER = (
     "virtual_knots",
     "torque_limits",
     "time_against_energy",
+    "plot_pareto_front",
     "smoothness",
     "moving_ends",
     "waypoint_tolerances",

@@ -37,15 +37,15 @@ def main() -> None:
     rows += [(f"cubic spline, virtual knots: {knots} a gap", results[knots].duration) for knots in (1, 3, 7)]
     bound = kinematic_bound(tasks[7], time_limit=1.0).estimate
 
-    figure, (bars, lines) = plt.subplots(1, 2, figsize=(11, 3.4), gridspec_kw={"width_ratios": [1.15, 1]})
+    figure, (bars, lines) = plt.subplots(2, 1, figsize=(7, 5.6), layout="constrained")
     names, values = zip(*rows)
     colours = ["#9aa5b1", "#7aa6c2", "#c2a37a", "#4f8fb8", "#2f7bab", "#0b5d91"]
     bars.barh(names, values, color=colours)
     bars.invert_yaxis()
     bars.axvline(bound, color="black", linewidth=1)
-    bars.text(bound + 0.05, -0.75, f"kinematic bound, estimate: {bound:.4f} s", fontsize=9)
+    bars.text(bound + 0.05, -0.75, f"kinematic bound, estimate: {bound:.4f} s", fontsize=10)
     for place, value in enumerate(values):
-        bars.text(value + 0.04, place, f"{value:.3f} s", va="center", fontsize=9)
+        bars.text(value + 0.04, place, f"{value:.3f} s", va="center", fontsize=10)
     bars.set(xlabel="duration of the motion, s", xlim=(0, 5))
 
     best = results[7]
@@ -55,17 +55,10 @@ def main() -> None:
         lines.plot(t, best.trajectory(t, derivative=2)[:, joint] / limit[joint], label=f"joint {joint + 1}")
     lines.set(xlabel="time, s", ylabel="acceleration / limit", ylim=(-1.15, 1.15))
     lines.legend(
-        fontsize=8,
-        ncol=5,
-        columnspacing=0.9,
-        handlelength=1.4,
-        loc="upper center",
-        bbox_to_anchor=(0.5, 1.14),
-        frameon=False,
+        ncol=5, loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False, columnspacing=1, handlelength=1
     )
     for axis in (bars, lines):
         axis.spines[["top", "right"]].set_visible(False)
-    figure.tight_layout()
     assert all(result.feasible for result in results.values())
     figure.savefig(Path(__file__).parent / "images" / "overview.svg", metadata={"Date": None})
 

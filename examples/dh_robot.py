@@ -25,11 +25,13 @@ print("tool at the first waypoint, m:", robot.pose(task.waypoints[0])[:3, 3].rou
 # One set of durations for all joints: 4.3104 s is the best these polynomials can do within the limits.
 result = ot.solve(task)
 print(result)
+print("the duration should be close to 4.3104 s")
 
 # %%
 # A cubic spline with three free knots in every gap, at zero end accelerations as well, needs a third of it.
 better = ot.solve(task.changed(family="cubic", virtual_knots=3))
 print(better)
+print("the duration should be below 1.497 s; nothing is below 1.4809 s")
 
 np.testing.assert_allclose(robot.pose(task.waypoints[2]), task.robot.pose(task.waypoints[2]), atol=1e-12)
-assert abs(result.duration - 4.3104) < 1e-3 and better.duration < 1.498
+assert abs(result.duration - 4.3104) < 1e-3 and 1.4809 < better.duration < 1.497

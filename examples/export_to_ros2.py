@@ -6,6 +6,8 @@ A controller gets samples, and interpolates between them. The exporter takes the
 strictly and slows the samples, if need be, so that limits hold after sampling too.
 """
 
+import numpy as np
+
 import ocp_traj as ot
 from ocp_traj.comparison.export import sample_for_controller, to_ros2
 
@@ -16,4 +18,7 @@ text = to_ros2(samples, task.robot.joint_names)
 print(text[:700])
 print(f"... {len(text.splitlines())} lines; send them with: ros2 action send_goal")
 
-assert task.robot.joint_names[0] in text and "time_from_start" in text
+gap = np.abs(samples.q[-1] - task.waypoints[-1]).max()
+print(f"the last sample is {gap:.1e} rad from the last waypoint, should be 0")
+
+assert gap < 1e-8 and task.robot.joint_names[0] in text and "time_from_start" in text

@@ -33,6 +33,7 @@ family = StopAndGo()
 ends = EndConditions({1: 0.0, 2: 0.0}, {1: 0.0, 2: 0.0})
 first, second = family.pieces([2.0, 1.0], [0.0, 1.0, 0.4], ends)
 print("ascending coefficients of the first piece in t / h:", np.round(first.coefficients(), 12))
+print("should be [0 0 0 10 -15 6]: the minimum-jerk polynomial")
 
 # %%
 # The same lines on a population of three candidates ...

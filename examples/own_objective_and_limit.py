@@ -45,5 +45,9 @@ axis.axhline(shelf, color="black", linewidth=0.8)
 axis.set(xlabel="time, s", ylabel="height of the tool, m")
 axis.legend()
 
+print(
+    f"highest: free {highest['free']:.4f} m, bounded {highest['bounded']:.4f} m, should be close to {shelf} m"
+)
+
 assert all(result.feasible for result in results.values())
 assert highest["free"] > shelf + 0.01 and highest["bounded"] < shelf + 1e-6

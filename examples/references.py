@@ -21,12 +21,13 @@ for path in ("uniform", "chord"):
 # %%
 # Our own spline's path, driven as fast as it allows: nothing is left to gain on it.
 own = toppra_reference(task, result.trajectory)
-print(f"our own path: TOPP-RA {own.duration:.4f} s")
+print(f"our own path: TOPP-RA {own.duration:.4f} s, should be close to {result.duration:.4f} s")
 
 # %%
 # The bound is certified where a proof was reached, and says so.
 bound = kinematic_bound(task, time_limit=2.0)
 print(f"no motion is shorter than {bound.lower:.4f} s; the best known one takes {bound.estimate:.4f} s")
 
+assert abs(own.duration / result.duration - 1) < 1e-3
 assert all(abs(toppra / convex - 1) < 1e-3 for toppra, convex in timings.values())
 assert bound.lower <= bound.estimate <= result.duration + 1e-6 < min(timings["uniform"])

@@ -39,4 +39,5 @@ else:
 
         compare(plan, Path(folder), dask=cluster.scheduler_address, progress=tell)
         compare(plan, Path(folder), dask=cluster.scheduler_address)  # nothing is left to do
+    print(len(finished), "runs, should be", plan.size, "and none of them twice")
     assert len(finished) == plan.size and all(record.status != "failed" for record in finished)

@@ -31,6 +31,7 @@ axis.axhline(-45.0, color="black", linewidth=0.8)
 axis.set_xlabel("time, s")
 axis.set_ylabel("torque of joint 2, N m")
 axis.legend()
+print("the durations should be close to 1.1593 and 1.0417 s")
 
 assert all(result.feasible for result in results.values())
-assert results["rated torque"].duration < results["30 % of the rated torque"].duration
+assert np.allclose([result.duration for result in results.values()], [1.1593, 1.0417], rtol=5e-3)
