@@ -17,7 +17,7 @@ from ocp_traj.solvers import parse_solver
 ENCODINGS = ("durations", "log-durations", "scaled")
 
 PAPERS = (
-    ("ur5-palletizing", 50, ("issa-a[preset=paper]", "ssa[preset=paper]", "pso[preset=paper-a]")),
+    ("ur5-palletizing", 50, ("issa-a[preset=paper]", "ssa", "pso[preset=paper-a]")),
     ("machines-2024-490", 1000, ("issa-b[preset=paper]", "ssa[population=30]", "pso[preset=paper-b]")),
     ("ur5-helix", 80, ("tadf-ssa[preset=paper]", "t-ssa", "adf-ssa", "ssa[safety=0.5]")),
     ("fanuc-m10id8l", 200, ("pso-d[preset=paper-d]", "pso[preset=paper-d-plain]")),

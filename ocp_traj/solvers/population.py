@@ -129,12 +129,16 @@ def _preset(method: str, preset: str) -> dict[str, Any]:
     """Return the settings a paper prints: ``paper``, or ``paper-b`` where several papers use the method."""
     make = getattr(registry[method][0], "paper", None)
     word, _, key = preset.partition("-")
-    try:
-        if word != "paper" or make is None:
-            raise ValueError("no such preset")
-        return _changed_fields(make(key.upper()) if key else make())
-    except (TypeError, ValueError) as error:
-        raise UnknownNameError(f"solver {method!r} has no preset {preset!r}: {error}") from error
+    if word != "paper" or make is None:
+        raise UnknownNameError(f"solver {method!r} has no preset {preset!r}: no such preset")
+    reasons = []
+    # Papers and variants are spelt "B", "TADF-SSA" and "D-plain".
+    for arguments in ((key.upper(),), (key.capitalize(),)) if key else ((),):
+        try:
+            return _changed_fields(make(*arguments))
+        except (TypeError, ValueError) as error:
+            reasons.append(str(error))
+    raise UnknownNameError(f"solver {method!r} has no preset {preset!r}: {reasons[0]}")
 
 
 def _changed_fields(optimizer: Optimizer[Any]) -> dict[str, Any]:

@@ -88,6 +88,13 @@ def test_a_wrong_name_says_what_is_wrong(text: str, message: str) -> None:
     assert message in str(caught.value)
 
 
+def test_presets_are_spelt_in_small_letters() -> None:
+    plain = parse_solver("pso[preset=paper-d-plain]").optimizer()  # type: ignore[attr-defined]
+    assert (plain.population, plain.weight, plain.cognitive) == (50, 0.7, 2.0)
+    both = parse_solver("tadf-ssa[preset=paper-tadf-ssa]").optimizer()  # type: ignore[attr-defined]
+    assert (both.population, both.tent, both.adaptive) == (100, True, True)
+
+
 @pytest.mark.parametrize(
     "text", ["pso+ipopt[starts=0]", "pso+ipopt[share=2]", "ipopt-multistart[spread=-1]", "pso[start=luck]"]
 )
