@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,12 +12,19 @@ from ocp_traj.arrays import Array
 from ocp_traj.constraints import DERIVATIVE_LIMITS
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
+from ocp_traj.transcription.elements import IndexArray
 from ocp_traj.transcription.lifted import ExtraPoints
 from ocp_traj.transcription.outer import outer_of
 from ocp_traj.transcription.samples import instant_function, instant_of
 
+Excess = Callable[[IndexArray, Array], Array]
+"""From segments (N,) and fractions of them (N,) to how far each of k values is over its limit, (N, k)."""
+
 DENSE = 48
 """Samples a segment when looking for broken limits."""
+
+CLOSER = 0.05
+"""The second look at a peak is so many times as wide as the first."""
 
 TOLERANCE = 1e-7
 """Ratios over a limit by less than this are left to the final scaling, and are far within what the audit allows."""
@@ -27,6 +36,9 @@ EIGHTHS = tuple(k / 8 for k in range(1, 8))
 HALVING = tuple(k / 16 for k in range(1, 16, 2))
 """Fractions of a segment: where to look first, and half-way between."""
 
+ASIDE = 0.1
+"""Twice the distance of the points beside a peak from it, in segments, where no point is nearer."""
+
 CLOSE = 1e-5
 """Points nearer than this to one that is there, in segments, add nothing."""
 
@@ -35,22 +47,42 @@ def broken_points(
     task: TrajectoryTask, trajectory: Trajectory, moving: Any, *, compiled: bool = False
 ) -> ExtraPoints:
     """Return the points, one a peak, where the motion is over a limit by more than `TOLERANCE`."""
-    fractions = np.linspace(0.0, 1.0, DENSE + 1)
-    breakpoints = np.asarray(trajectory.breakpoints)
-    spans = np.diff(breakpoints)
-    t = (breakpoints[:-1, None] + fractions * spans[:, None]).ravel()
-    gaps = np.repeat(segment_gaps(trajectory), DENSE + 1)
+    motion = _Motion(trajectory, segment_gaps(trajectory))
     derivatives: list[tuple[int, int, int, float]] = []
     for limit in DERIVATIVE_LIMITS:
         if limit.order >= trajectory.degree - 1 or not limit.applies(task):
             continue
-        value = _one_sided(trajectory, t, spans, limit.order)
-        over = _excess(value, limit.bounds(task)[gaps])[:, moving]
-        for segment, joint, fraction in _peaks(over, len(spans), fractions):
+        bounds = limit.bounds(task)
+
+        def over(
+            segment: IndexArray, fraction: Array, order: int = limit.order, bounds: Array = bounds
+        ) -> Array:
+            value = motion.derivative(order, segment, fraction)
+            return _excess(value, bounds[motion.gaps[segment]])[:, moving]
+
+        for segment, joint, fraction in _peaks(over, motion.segments):
             derivatives.append((limit.order, segment, joint, fraction))
-    return ExtraPoints(
-        tuple(derivatives), tuple(_broken_instants(task, trajectory, t, gaps, fractions, compiled))
-    )
+    return ExtraPoints(tuple(derivatives), tuple(_broken_instants(task, motion, compiled)))
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """A trajectory, looked at by segments and fractions of them."""
+
+    trajectory: Trajectory
+    gaps: IndexArray
+
+    @property
+    def segments(self) -> int:
+        return len(self.gaps)
+
+    def derivative(self, order: int, segment: IndexArray, fraction: Array) -> Array:
+        """Evaluate each segment's own polynomial, at its end too, (N, n)."""
+        coefficients = self.trajectory.derivative_coefficients(order)[segment]
+        local = fraction * np.diff(self.trajectory.breakpoints)[segment]
+        powers = local[:, None] ** np.arange(coefficients.shape[2])
+        values: Array = np.einsum("Np,Nnp->Nn", powers, coefficients)
+        return values
 
 
 def segment_gaps(trajectory: Trajectory) -> Any:
@@ -58,15 +90,6 @@ def segment_gaps(trajectory: Trajectory) -> Any:
     middle = (np.asarray(trajectory.breakpoints)[:-1] + np.asarray(trajectory.breakpoints)[1:]) / 2
     last = len(trajectory.waypoint_times) - 2
     return np.clip(np.searchsorted(trajectory.waypoint_times, middle, side="right") - 1, 0, last)
-
-
-def _one_sided(trajectory: Trajectory, t: Array, spans: Array, order: int) -> Array:
-    """Evaluate each segment's own polynomial, at its end too, (segments * (DENSE + 1), n)."""
-    coefficients = trajectory.derivative_coefficients(order)
-    local = np.linspace(0.0, 1.0, DENSE + 1) * spans[:, None]
-    powers = local[:, :, None] ** np.arange(coefficients.shape[2])
-    values: Array = np.einsum("skp,snp->skn", powers, coefficients).reshape(len(t), -1)
-    return values
 
 
 def _excess(value: Array, bounds: Array) -> Array:
@@ -77,49 +100,61 @@ def _excess(value: Array, bounds: Array) -> Array:
     return over
 
 
-def _peaks(over: Array, segments: int, fractions: Array) -> list[tuple[int, int, float]]:
-    """Return (segment, column, fraction) of local maxima above the tolerance, by a parabola through the samples.
+def _peaks(over: Excess, segments: int) -> list[tuple[int, int, float]]:
+    """Return (segment, column, fraction) of local maxima above the tolerance.
 
-    A peak may hide between two samples that keep the limit, so the parabola's top decides.
+    A peak may hide between two samples that keep the limit, so parabolas through three samples give its place, and
+    parabolas through three points close to that place give its height.
     """
-    grid = over.reshape(segments, len(fractions), -1)
+    fractions = np.linspace(0.0, 1.0, DENSE + 1)
+    grid = over(np.repeat(np.arange(segments), DENSE + 1), np.tile(fractions, segments))
+    grid = grid.reshape(segments, DENSE + 1, -1)
     padded = np.pad(grid, ((0, 0), (1, 1), (0, 0)), constant_values=-np.inf)
     is_peak = (grid > -HIDDEN) & (grid >= padded[:, :-2]) & (grid >= padded[:, 2:])
-    found = []
-    for segment, index, column in np.argwhere(is_peak):
-        top, fraction = float(grid[segment, index, column]), float(fractions[index])
-        if 0 < index < len(fractions) - 1:
-            left, middle, right = grid[segment, index - 1 : index + 2, column]
-            curvature = left - 2 * middle + right
-            if curvature < 0:
-                fraction += float(0.5 * (left - right) / curvature * fractions[1])
-                top -= float((left - right) ** 2 / (8.0 * curvature))
-        if top > TOLERANCE:
-            found.append((int(segment), int(column), fraction))
-    return found
-
-
-def _broken_instants(
-    task: TrajectoryTask, trajectory: Trajectory, t: Array, gaps: Any, fractions: Array, compiled: bool
-) -> list[tuple[int, float]]:
-    found: dict[tuple[int, float], None] = {}
-    constraints = instant_of(task).constraints
-    if not constraints:
+    segment, index, column = np.nonzero(is_peak)
+    if not len(segment):
         return []
-    spans = np.diff(trajectory.breakpoints)
-    columns = [_one_sided(trajectory, t, spans, order) for order in range(4)]
-    for constraint in constraints:
+    fraction, top = fractions[index], grid[is_peak]
+    for width in (1.0 / DENSE, CLOSER / DENSE):
+        middle = np.clip(fraction, width, 1.0 - width)
+        places = middle + width * np.array([[-1.0], [0.0], [1.0]])
+        near = over(np.tile(segment, 3), places.ravel()).reshape(3, len(segment), -1)
+        left, centre, right = near[:, np.arange(len(segment)), column]
+        curvature = left - 2 * centre + right
+        bent = curvature < 0
+        shift = np.divide(left - right, 2 * curvature, out=np.zeros_like(top), where=bent)
+        inside = bent & (np.abs(shift) <= 1.0)
+        height = centre - np.divide((left - right) ** 2, 8 * curvature, out=np.zeros_like(top), where=bent)
+        fraction = np.where(inside, middle + width * shift, fraction)
+        top = np.where(inside, height, np.maximum(np.maximum(left, centre), right))
+    found = top > TOLERANCE
+    return [(int(k), int(c), float(f)) for k, c, f in zip(segment[found], column[found], fraction[found])]
+
+
+def _broken_instants(task: TrajectoryTask, motion: _Motion, compiled: bool) -> list[tuple[int, float]]:
+    found: dict[tuple[int, float], None] = {}
+    for constraint in instant_of(task).constraints:
         orders = 4 if constraint.needs_jerk else 3
-        outer = outer_of(
+        function = outer_of(
             instant_function(task, constraint),
             needs_jerk=constraint.needs_jerk,
             total=False,
             compiled=compiled,
-        )
-        u = np.concatenate(columns[:orders], axis=1).T
-        value = np.array(outer.functions["value"].map(len(t))(u)).T
-        over = _excess(value, constraint.bounds(task)[gaps])
-        for segment, _, fraction in _peaks(over, len(spans), fractions):
+        ).functions["value"]
+        bounds = constraint.bounds(task)
+
+        def over(
+            segment: IndexArray,
+            fraction: Array,
+            orders: int = orders,
+            function: Any = function,
+            bounds: Array = bounds,
+        ) -> Array:
+            u = [motion.derivative(order, segment, fraction) for order in range(orders)]
+            value = np.array(function.map(len(segment))(np.concatenate(u, axis=1).T)).T
+            return _excess(value, bounds[motion.gaps[segment]])
+
+        for segment, _, fraction in _peaks(over, motion.segments):
             found[(segment, round(fraction, 6))] = None
     return list(found)
 
@@ -128,7 +163,8 @@ def new_points(known: ExtraPoints, found: ExtraPoints) -> ExtraPoints:
     """Return the found points that are not all but known already.
 
     Where a joint breaks a limit in a segment for the second time (a position: for the first time, because nothing
-    inside its segments is limited at first), its peaks wander, and points spread over the segment hold them.
+    inside its segments is limited at first), its peaks wander, and points spread over the segment hold them. A
+    limit of an instant gets points on both sides of the peak, too: motions run along such limits for a while.
     """
     wandering = {point[:-1] for point in known.derivatives}
     derivatives = []
@@ -139,7 +175,14 @@ def new_points(known: ExtraPoints, found: ExtraPoints) -> ExtraPoints:
         for candidate in (point, *((*point[:-1], fraction) for fraction in spread)):
             if not _is_near(candidate, known.derivatives) and candidate not in derivatives:
                 derivatives.append(candidate)
-    instants = [point for point in found.instants if not _is_near(point, known.instants)]
+    instants: list[tuple[int, float]] = []
+    for segment, fraction in found.instants:
+        before = [abs(other - fraction) for where, other in known.instants if where == segment]
+        around = min(before, default=ASIDE) / 2
+        for place in (fraction, fraction - around, fraction + around):
+            candidate = segment, round(min(max(place, 0.0), 1.0), 6)
+            if not _is_near(candidate, known.instants) and candidate not in instants:
+                instants.append(candidate)
     return ExtraPoints(tuple(derivatives), tuple(instants))
 
 
