@@ -6,6 +6,8 @@ scaling and audit are all counted; machine code is used only where a test's name
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +18,10 @@ import ocp_traj as ot
 from ocp_traj.references import kinematic_bound
 from ocp_traj.solvers.gradient import Gradient
 from ocp_traj.task import Boundary, Limits, TrajectoryTask
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "differential"))
+
+from public_examples import moveit_test1, moveit_test3, toppra_kinematics
 
 INTERPRETED = Gradient(compiled=False)
 
@@ -114,3 +120,13 @@ def test_cost_of_a_waypoint(benchmark: BenchmarkFixture, count: int) -> None:
         milliseconds_a_waypoint=1e3 * least / count,
         microseconds_an_iteration_and_waypoint=1e6 * least / count / iterations,
     )
+
+
+@pytest.mark.parametrize(
+    "task", [toppra_kinematics(), moveit_test1(), moveit_test3()], ids=lambda task: task.name
+)
+def test_example_of_a_peer(benchmark: BenchmarkFixture, task: TrajectoryTask) -> None:
+    lower = kinematic_bound(task, time_limit=60.0, starts=1).lower
+    result = benchmark.pedantic(ot.solve, args=(task, INTERPRETED), rounds=2, warmup_rounds=1)
+    record(benchmark, result, lower=lower)
+    assert lower is not None and lower <= result.duration

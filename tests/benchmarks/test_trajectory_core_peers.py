@@ -46,12 +46,14 @@ def solve_here(task: TrajectoryTask, virtual_knots: int) -> PeerAnswer:
 
 
 METHODS: dict[str, Callable[[TrajectoryTask], PeerAnswer]] = {
+    "ocp-traj-0": lambda task: solve_here(task, 0),
     "ocp-traj-3": lambda task: solve_here(task, 3),
     "ocp-traj-7": lambda task: solve_here(task, 7),
     "drake-uniform-16": lambda task: solve_with_drake(task, "uniform", 16),
     "drake-uniform-32": lambda task: solve_with_drake(task, "uniform", 32),
     "drake-uniform-64": lambda task: solve_with_drake(task, "uniform", 64),
     "drake-chord-32": lambda task: solve_with_drake(task, "chord", 32),
+    "drake-chord-64": lambda task: solve_with_drake(task, "chord", 64),
     "pyroboplan": lambda task: solve_with_pyroboplan(task, knots=3 if task.gaps == 1 else None),
     "ruckig": solve_with_ruckig,
     "toppra-uniform": lambda task: solve_with_toppra(task, path_parameters(task, "uniform"), name="uniform"),
@@ -98,14 +100,24 @@ def _note(benchmark: BenchmarkFixture, answer: PeerAnswer, task: TrajectoryTask)
         benchmark.extra_info.update(worst_limit=worst.limit, worst_ratio=worst.ratio)
 
 
-@pytest.mark.parametrize("method", [m for m in METHODS if not m.startswith((*NO_JERK_ONLY, "ruckig"))])
+SMOOTH_ENDS = [m for m in METHODS if m.startswith(("ocp-traj-3", "ocp-traj-7", "drake"))]
+
+
+@pytest.mark.parametrize("method", SMOOTH_ENDS)
 @pytest.mark.parametrize("name", LIMITED_JERK)
 def test_with_jerk_limits(benchmark: BenchmarkFixture, name: str, method: str) -> None:
-    task = task_of(name, jerk=True)
-    if method == "pyroboplan":  # its knots are the waypoints: zero end accelerations are impossible for it
-        task = task.changed(boundary=Boundary(acceleration=None))
-    if name == "fang-2020-task-1" and method == "drake-chord-32":
+    if name == "fang-2020-task-1" and method.startswith("drake-chord"):
         pytest.skip("uniform and chord are the same for two waypoints")
+    answer = measure(benchmark, method, task_of(name, jerk=True))
+    if method.startswith("ocp-traj"):
+        assert answer.duration is not None
+
+
+@pytest.mark.parametrize("method", ["ocp-traj-0", "ocp-traj-7", "pyroboplan"])
+@pytest.mark.parametrize("name", LIMITED_JERK)
+def test_with_jerk_limits_and_free_ends(benchmark: BenchmarkFixture, name: str, method: str) -> None:
+    """pyroboplan's knots are the waypoints, so zero end accelerations are impossible for it."""
+    task = task_of(name, jerk=True).changed(boundary=Boundary(acceleration=None), name=f"{name}-free-ends")
     answer = measure(benchmark, method, task)
     if method.startswith("ocp-traj"):
         assert answer.duration is not None
@@ -119,7 +131,7 @@ def test_two_points_with_ruckig(benchmark: BenchmarkFixture) -> None:
 @pytest.mark.parametrize("method", [m for m in METHODS if m != "ruckig"])
 @pytest.mark.parametrize("name", CASES)
 def test_without_jerk_limits(benchmark: BenchmarkFixture, name: str, method: str) -> None:
-    if name == "fang-2020-task-1" and method == "drake-chord-32":
+    if name == "fang-2020-task-1" and method.startswith("drake-chord"):
         pytest.skip("uniform and chord are the same for two waypoints")
     answer = measure(benchmark, method, task_of(name, jerk=False))
     if method.startswith("ocp-traj"):

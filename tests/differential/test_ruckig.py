@@ -30,9 +30,9 @@ def compare(task: TrajectoryTask) -> float:
     return result.duration / optimum.trajectory.duration - 1.0
 
 
-def gaps(seed: int, count: int, *, moving: bool) -> np.ndarray:
+def gaps(seed: int, count: int, *, moving: bool, knots: int = KNOTS) -> np.ndarray:
     rng = np.random.default_rng(seed)
-    tasks = [random_task(rng, 1 + k % 7, moving=moving, virtual_knots=KNOTS) for k in range(count)]
+    tasks = [random_task(rng, 1 + k % 7, moving=moving, virtual_knots=knots) for k in range(count)]
     return np.array([compare(task) for task in tasks])
 
 
@@ -50,6 +50,17 @@ def test_hundreds_of_two_point_motions_match_the_proved_optimum(moving: bool, co
     print(f"\n{count} problems, above Ruckig's optimum: least, median, 90 %, 99 %, most: {quantiles}")
     print(f"more than 0.01 % above: {(above > 1e-4).sum()}, more than 0.1 %: {(above > 1e-3).sum()}")
     assert above.min() >= -SHORTER and above.max() <= LONGER
+
+
+@pytest.mark.slow
+def test_more_knots_bring_more_problems_to_the_optimum() -> None:
+    """Joints with phases of their own share the knots."""
+    above = {knots: gaps(0, 42, moving=False, knots=knots) for knots in (7, 15, KNOTS)}
+    missed = [int((values > LONGER).sum()) for values in above.values()]
+    print(
+        f"\nmore than 0.5 % above, by knots: {dict(zip(above, missed))}; most: {[v.max() for v in above.values()]}"
+    )
+    assert missed[0] > missed[1] > missed[2] == 0
 
 
 def test_ruckigs_motion_breaks_a_limit_that_is_made_a_little_tighter() -> None:
