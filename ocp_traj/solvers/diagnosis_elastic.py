@@ -118,7 +118,7 @@ def _read(nlp: LiftedNlp, rows: Any, bounds: Any, found: Array, where: str) -> L
 def _minimise(
     options: dict[str, Any], problem: dict[str, Any], start: Array, limits: dict[str, Array], account: Account
 ) -> Array | None:
-    """Return IPOPT's answer where its rows hold, None elsewhere."""
+    """Return IPOPT's answer where it is a minimum and its rows hold, None elsewhere."""
     clock = time.perf_counter()
     seconds = account.seconds_left()
     if seconds is not None:
@@ -128,10 +128,12 @@ def _minimise(
     account.build_time += time.perf_counter() - clock
     clock = time.perf_counter()
     answer = solver(x0=start, **limits)
-    account.record(solver.stats(), time.perf_counter() - clock)
+    stats = solver.stats()
+    account.record(stats, time.perf_counter() - clock)
     found, g = np.array(answer["x"]).ravel(), np.array(answer["g"]).ravel()
     rest = np.maximum(g - limits["ubg"], limits["lbg"] - g).max(initial=0.0)
-    return found if np.isfinite(found).all() and rest <= CONSISTENT else None
+    # where IPOPT stopped early its slacks are no minimum: they would name conflicts that are none
+    return found if stats["success"] and np.isfinite(found).all() and rest <= CONSISTENT else None
 
 
 def _broken(nlp: LiftedNlp, x: Array, rows: Any, bounds: Any) -> Array:

@@ -1,0 +1,77 @@
+"""Every status a solve can end with is reached by a real solve."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from metaheuristics import Status
+from ocp_traj.robot import load_robot
+from ocp_traj.solve import SolveResult, solve
+from ocp_traj.task import CustomObjective, Limits, Objective, TrajectoryTask
+
+POINTS = [[0.0, 0.0], [1.0, 0.5], [0.5, 1.0]]
+LIMITS = Limits(velocity=2.0, acceleration=4.0)
+
+
+def plain_task(**changes: Any) -> TrajectoryTask:
+    return TrajectoryTask(POINTS, LIMITS, **changes)
+
+
+def arm_task() -> TrajectoryTask:
+    points = np.deg2rad(
+        [[0, -90, 90, -90, -90, 0], [45, -70, 80, -100, -90, 45], [90, -90, 90, -90, -90, 90]]
+    )
+    torque = [60.0, 60.0, 60.0, 12.0, 12.0, 12.0]
+    limits = Limits(velocity=2.1, acceleration=5.2, jerk=50.0, torque=torque)
+    return TrajectoryTask(points, limits, load_robot("ur5"), virtual_knots=3, objective=Objective(energy=1.0))
+
+
+def converged() -> SolveResult:
+    return solve(plain_task())
+
+
+def out_of_budget() -> SolveResult:
+    return solve(plain_task(virtual_knots=3), budget=5)
+
+
+def out_of_time() -> SolveResult:
+    return solve(arm_task(), time_limit=0.05)
+
+
+def infeasible() -> SolveResult:
+    return solve(plain_task(objective=Objective(duration=(0.0, 0.5))))
+
+
+def failed() -> SolveResult:
+    """A cost that is no number anywhere."""
+    q, v, a, tau = (ca.SX.sym(name, 2) for name in ("q", "v", "a", "tau"))
+    nothing = ca.Function("nothing", [q, v, a, tau], [ca.sqrt(-1 - ca.sumsqr(v))])
+    return solve(plain_task(objective=Objective(custom=(CustomObjective("nothing", nothing),))))
+
+
+REACHED = {
+    Status.CONVERGED: converged,
+    Status.BUDGET_EXHAUSTED: out_of_budget,
+    Status.TIME_EXHAUSTED: out_of_time,
+    Status.INFEASIBLE: infeasible,
+    Status.FAILED: failed,
+}
+"""`stalled` has its tests beside the third-party solvers and the stopping rules."""
+
+
+@pytest.mark.parametrize("status", REACHED, ids=lambda status: status.key)
+def test_a_gradient_solver_ends_with_the_status_and_files_tell_it(status: Status) -> None:
+    result = REACHED[status]()
+    assert result.solution.status is status, result
+    assert result.to_json()["status"] == status.key
+    assert (status is Status.CONVERGED) <= result.feasible
+    assert result.message
+
+
+def test_a_failure_is_not_called_a_conflict() -> None:
+    """The limits of this task can be kept, so no limit may be named."""
+    assert failed().diagnosis == ""
