@@ -23,7 +23,7 @@ def side_ratios(values: Array, lower: Array, upper: Array, noise: Array | float 
 
     Against a limit of 0, values up to `noise` count as 0: rounding makes them.
     """
-    limit = np.where(values >= 0, upper, -lower)
+    limit = np.where(values >= 0, upper, -lower) + 0.0  # -0.0 becomes 0.0: over it lies plus infinity
     magnitude = np.where((limit == 0) & (np.abs(values) <= noise), 0.0, np.abs(values))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         ratio = np.where(magnitude == 0, 0.0, magnitude / limit)

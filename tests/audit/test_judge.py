@@ -231,3 +231,29 @@ def test_numbers_out_of_range_are_refused_without_warnings(
     assert not verdict.feasible
     json.dumps(verdict.to_json(), allow_nan=False)
     assert not recwarn.list
+
+
+@pytest.mark.parametrize("zero", [0.0, -0.0])
+@pytest.mark.parametrize("name", ["velocity", "acceleration", "jerk"])
+@pytest.mark.parametrize("side", [0, 1])
+def test_a_joint_that_may_move_to_one_side_only_may_not_move_back(zero: float, name: str, side: int) -> None:
+    motion = clamped_cubic(np.array([[0.0], [1.0], [0.0]]), np.array([1.0, 1.0]))
+    limit = [[-1e3], [1e3]]
+    limit[side] = [zero]
+    verdict = audit(TrajectoryTask([[0.0], [1.0], [0.0]], Limits(**{name: limit})), motion)
+    assert not verdict.feasible
+    assert verdict.limits[name].ratio == np.inf
+    assert verdict.smallest_feasible_scale is None
+
+
+@pytest.mark.parametrize("zero", [0.0, -0.0])
+@pytest.mark.parametrize("side", [0, 1])
+def test_a_motor_that_may_push_to_one_side_only_may_not_pull(tmp_path: Path, zero: float, side: int) -> None:
+    motion = clamped_cubic(np.array([[0.0], [1.0], [0.0]]), np.array([1.0, 1.0]))
+    torque = [[-1e3], [1e3]]
+    torque[side] = [zero]
+    limits = Limits(velocity=np.inf, torque=torque)
+    task = TrajectoryTask([[0.0], [1.0], [0.0]], limits, robot=pendulum(tmp_path, gravity=0.0))
+    verdict = audit(task, motion)
+    assert not verdict.feasible
+    assert verdict.limits["torque"].ratio == np.inf

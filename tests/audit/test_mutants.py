@@ -22,6 +22,30 @@ def test_what_is_no_number_breaks_even_an_infinite_limit() -> None:
     assert side_ratios(values, -unlimited, unlimited).tolist() == [np.inf, 0.0, 0.0, np.inf]
 
 
+def test_noise_counts_as_nothing_against_a_limit_of_zero_and_only_there() -> None:
+    nothing = np.zeros(4)
+    assert side_ratios(np.array([0.5, -0.5, 0.0, 2.0]), nothing, nothing).tolist() == [
+        np.inf,
+        np.inf,
+        0.0,
+        np.inf,
+    ]
+    noisy = side_ratios(np.array([0.25, -0.25, 0.26, 0.25]), nothing, np.array([0.0, 0.0, 0.0, 1.0]), 0.25)
+    assert noisy.tolist() == [0.0, 0.0, np.inf, 0.25]
+
+
+def test_an_excess_of_noise_is_none_and_a_range_of_one_point_can_be_kept() -> None:
+    values = np.array([5.25, 5.5, -5.25, 6.0])
+    ratios = range_ratios(values, np.full(4, -5.0), np.full(4, 5.0), np.full(4, 10.0), 0.25)
+    assert ratios.tolist() == [1.0, 1.05, 1.0, 1.1]
+    point = np.full(3, 2.0)
+    assert range_ratios(np.array([2.0, 3.0, 1.0]), point, point, np.zeros(3)).tolist() == [
+        1.0,
+        np.inf,
+        np.inf,
+    ]
+
+
 def test_only_frames_and_constraints_carry_a_label_into_json() -> None:
     assert "label" not in Extremum("velocity", 0, 0.0, 0.5).to_json()
     assert Extremum("cartesian_speed", -1, 0.0, 0.5, label="tool0").to_json()["label"] == "tool0"
@@ -104,6 +128,11 @@ def test_a_position_range_without_width_takes_its_end_to_the_farthest_waypoint(
     limits = Limits(position=[[lower], [upper]])
     task = TrajectoryTask([[0.0], [1.0], [-0.5]], limits)
     assert position_width(task).tolist() == [[[width]], [[width]]]
+
+
+def test_a_short_reach_is_a_width_as_well() -> None:
+    task = TrajectoryTask([[0.0], [0.5]], Limits(position=[[-np.inf], [0.5]]))
+    assert position_width(task).tolist() == [[[0.5]]]
 
 
 @pytest.mark.parametrize("end", [[[-np.inf], [2.0]], [[2.0], [np.inf]]])
