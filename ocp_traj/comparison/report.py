@@ -24,7 +24,7 @@ from ocp_traj.comparison.store import Row, Store
 from ocp_traj.comparison.story import LIMITATIONS, describe_machine, tell_story
 from ocp_traj.comparison.svg import draw_picture
 from ocp_traj.comparison.viewer import Scene, viewer_html
-from ocp_traj.exceptions import OcpTrajError
+from ocp_traj.exceptions import InputError, OcpTrajError
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
@@ -63,7 +63,7 @@ def write_report(folder: Path) -> ReportFiles:
     Raises
     ------
     InputError
-        The folder holds no comparison.
+        The folder holds no comparison, or a damaged one, or cannot be written.
     """
     with Store(folder) as store:
         wanted = store.problems()
@@ -79,8 +79,14 @@ def write_report(folder: Path) -> ReportFiles:
 
 def _replace(path: Path, content: str) -> None:
     temporary = path.with_name(path.name + ".part")
-    temporary.write_text(content, encoding="utf-8")
-    os.replace(temporary, path)
+    try:
+        try:
+            temporary.write_text(content, encoding="utf-8")
+            os.replace(temporary, path)
+        finally:
+            temporary.unlink(missing_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror or error}") from None
 
 
 def build_document(
@@ -214,9 +220,16 @@ def _best_motions(store: Store, judgement: Judgement) -> tuple[list[Motion], lis
         if task is None:
             continue
         for solver, row in sorted(found, key=lambda entry: objective_of(entry[1])):
-            curve = store.trajectory(row)
-            if curve is not None:
-                motions.append(Motion(problem, solver, task, from_json(curve)))
+            try:
+                curve = store.trajectory(row)
+                motion = None if curve is None else from_json(curve, str(row.trajectory_file))
+                if motion is not None and motion.n != task.n:
+                    raise InputError(f"{row.trajectory_file} has {motion.n} joints, expected {task.n}")
+            except InputError as error:
+                untold.append(f"{problem.label}, {solver}: not drawn, because its motion is lost ({error}).")
+                continue
+            if motion is not None:
+                motions.append(Motion(problem, solver, task, motion))
     return motions, untold
 
 

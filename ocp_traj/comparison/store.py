@@ -14,6 +14,14 @@ from typing import Any
 
 from ocp_traj.comparison.plan import Plan, RunSpec
 from ocp_traj.comparison.record import RunRecord, finite
+from ocp_traj.comparison.stored_values import (
+    check_columns,
+    load_choice,
+    load_history,
+    load_object,
+    load_reference,
+    load_texts,
+)
 from ocp_traj.exceptions import InputError, UnavailableError
 
 FILE_NAME = "results.sqlite"
@@ -91,7 +99,8 @@ class Store:
     Raises
     ------
     InputError
-        There is no comparison, or it was written by a newer version of the library.
+        There is no comparison, it is damaged, or it was written by a newer version of the library. Every
+        method raises it, too, where the file turns out to be damaged or cannot be written.
     """
 
     def __init__(self, folder: Path, create: bool = False) -> None:
@@ -104,13 +113,20 @@ class Store:
                 raise InputError(f"cannot write into {folder}: {error.strerror}") from None
         elif not path.is_file():
             raise InputError(f"{folder} holds no comparison: {FILE_NAME} is not there")
-        self._connection = sqlite3.connect(path, timeout=30.0, isolation_level=None)
+        try:
+            self._connection = sqlite3.connect(path, timeout=30.0, isolation_level=None)
+        except sqlite3.DatabaseError as error:
+            raise InputError(f"{path} cannot be opened: {error}") from None
         self._connection.row_factory = sqlite3.Row
         try:
-            self._migrate()
-        except sqlite3.DatabaseError as error:
+            with self._reading():
+                self._migrate()
+                (found,) = self._connection.execute("PRAGMA quick_check(1)").fetchone()
+                if found != "ok":
+                    raise sqlite3.DatabaseError(found)
+        except InputError:
             self._connection.close()
-            raise InputError(f"{path} is not a readable comparison: {error}") from None
+            raise
 
     def close(self) -> None:
         """Close the file."""
@@ -128,30 +144,48 @@ class Store:
         return int(self._connection.execute("PRAGMA user_version").fetchone()[0])
 
     def _migrate(self) -> None:
-        if self.version > len(MIGRATIONS):
-            found = self.version
-            self._connection.close()
+        found = self.version
+        if not 0 <= found <= len(MIGRATIONS):
             raise InputError(
                 f"{self.folder / FILE_NAME} has schema version {found}, this version of ocp-traj reads up to "
                 f"{len(MIGRATIONS)}"
             )
-        if self.version == len(MIGRATIONS):
+        if found == len(MIGRATIONS):
             return
         with self._transaction():
-            for version in range(self.version, len(MIGRATIONS)):
+            for version in range(found, len(MIGRATIONS)):
                 for statement in MIGRATIONS[version].split(";"):
                     self._connection.execute(statement)
                 self._connection.execute(f"PRAGMA user_version = {version + 1}")
 
     @contextmanager
-    def _transaction(self) -> Iterator[None]:
-        self._connection.execute("BEGIN IMMEDIATE")
+    def _reading(self) -> Iterator[None]:
+        """Say in one sentence that the file is damaged, instead of what its content made Python raise."""
         try:
             yield
-        except BaseException:
-            self._connection.execute("ROLLBACK")
+        except (sqlite3.DatabaseError, ValueError, TypeError, LookupError, RecursionError) as error:
+            if isinstance(error, InputError) and FILE_NAME in str(error):
+                raise
+            raise InputError(
+                f"{self.folder / FILE_NAME} is not a readable comparison: {error}; "
+                "restore it, or start again in another folder"
+            ) from error
+
+    @contextmanager
+    def _transaction(self) -> Iterator[None]:
+        try:
+            self._connection.execute("BEGIN IMMEDIATE")
+            try:
+                yield
+                self._connection.execute("COMMIT")
+            except BaseException:
+                if self._connection.in_transaction:  # SQLite itself undoes it on a full disk
+                    self._connection.execute("ROLLBACK")
+                raise
+        except (sqlite3.IntegrityError, sqlite3.ProgrammingError):
             raise
-        self._connection.execute("COMMIT")
+        except sqlite3.DatabaseError as error:
+            raise InputError(f"cannot write into {self.folder / FILE_NAME}: {error}") from error
 
     def add_plan(self, plan: Plan, environment: dict[str, Any], specs: Sequence[RunSpec]) -> int:
         """Store a plan, its problems (case and settings) and on what it runs; return its number."""
@@ -170,12 +204,16 @@ class Store:
         """Return (case digest, settings digest) of the newest plan's problems: what a report is about."""
         newest = "SELECT max(id) FROM plans"
         query = f"SELECT case_digest, settings_digest FROM problems WHERE plan = ({newest})"
-        return {tuple(row) for row in self._connection.execute(query)}
+        with self._reading():
+            return {tuple(row) for row in self._connection.execute(query)}
 
     def plans(self) -> list[tuple[Plan, dict[str, Any]]]:
         """Return all plans with their environments, oldest first."""
-        rows = self._connection.execute("SELECT plan, environment FROM plans ORDER BY id")
-        return [(Plan.from_json(json.loads(plan)), json.loads(environment)) for plan, environment in rows]
+        with self._reading():
+            rows = self._connection.execute("SELECT plan, environment FROM plans ORDER BY id")
+            return [
+                (Plan.from_json(load_object(plan)), load_object(environment)) for plan, environment in rows
+            ]
 
     def add_case(self, spec: RunSpec) -> None:
         """Note a case of the plan; a case that is there already keeps its reference."""
@@ -192,22 +230,29 @@ class Store:
             (known,) = self._connection.execute(
                 "SELECT reference FROM cases WHERE digest = ?", (digest,)
             ).fetchone()
-            reference = {**json.loads(known or "{}"), part: finite(found)}
+            with self._reading():
+                reference = {**(load_reference(known) or {}), part: finite(found)}
             self._connection.execute(
                 "UPDATE cases SET reference = ? WHERE digest = ?", (json.dumps(reference), digest)
             )
 
     def cases(self) -> dict[str, dict[str, Any]]:
         """Return name, choice and reference (or None) of every case, by digest."""
-        rows = self._connection.execute("SELECT digest, name, choice, reference FROM cases")
-        return {
-            digest: {"name": name, "choice": json.loads(choice), "reference": json.loads(reference or "null")}
-            for digest, name, choice, reference in rows
-        }
+        with self._reading():
+            rows = self._connection.execute("SELECT digest, name, choice, reference FROM cases")
+            return {
+                digest: {
+                    "name": name,
+                    "choice": load_choice(choice),
+                    "reference": load_reference(reference),
+                }
+                for digest, name, choice, reference in rows
+            }
 
     def finished(self) -> set[tuple[str, str, str, int]]:
         """Return the keys of all stored runs."""
-        return {tuple(row) for row in self._connection.execute(f"SELECT {', '.join(_KEY)} FROM runs")}
+        with self._reading():
+            return {tuple(row) for row in self._connection.execute(f"SELECT {', '.join(_KEY)} FROM runs")}
 
     def add_run(self, spec: RunSpec, record: RunRecord, plan: int) -> None:
         """Store a finished run in one transaction: its trajectory file first, then row and history."""
@@ -234,8 +279,14 @@ class Store:
         name = f"{safe[:80]}-{spec.seed}-{spec.case_digest[:6]}{spec.settings_digest[:6]}.spline.json"
         path = self.folder / "trajectories" / name
         temporary = path.with_suffix(".part")
-        temporary.write_text(json.dumps(trajectory))
-        os.replace(temporary, path)
+        try:
+            try:
+                temporary.write_text(json.dumps(trajectory))
+                os.replace(temporary, path)
+            finally:
+                temporary.unlink(missing_ok=True)
+        except OSError as error:
+            raise InputError(f"cannot write {path}: {error.strerror or error}") from None
         return name
 
     def rows(self, histories: bool = True) -> list[Row]:
@@ -246,24 +297,45 @@ class Store:
             if histories
             else "SELECT * FROM runs r"
         )
-        found = self._connection.execute(
-            f"{query} ORDER BY case_name, case_digest, solver, settings_digest, seed_index"
-        )
-        return [_row(entry, histories) for entry in found]
+        with self._reading():
+            found = self._connection.execute(
+                f"{query} ORDER BY case_name, case_digest, solver, settings_digest, seed_index"
+            )
+            return [_row(entry, histories) for entry in found]
 
     def trajectory(self, row: Row) -> dict[str, Any] | None:
-        """Return the exact curve of a run, or None when it has none."""
+        """Return the exact curve of a run, or None when it has none.
+
+        Raises
+        ------
+        InputError
+            The file is not there, is damaged, or does not lie in the folder of trajectories.
+        """
         if row.trajectory_file is None:
             return None
-        found: dict[str, Any] = json.loads((self.folder / "trajectories" / row.trajectory_file).read_text())
-        return found
+        if (
+            Path(row.trajectory_file).name != row.trajectory_file
+            or row.trajectory_file == ".."
+            or "\0" in row.trajectory_file
+        ):
+            raise InputError(
+                f"trajectory {row.trajectory_file!r} leads out of {self.folder / 'trajectories'}"
+            )
+        path = self.folder / "trajectories" / row.trajectory_file
+        try:
+            return load_object(path.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise InputError(f"{path} cannot be read: {error.strerror or error}") from None
+        except (ValueError, RecursionError) as error:
+            raise InputError(f"{path} is damaged: {error}") from None
 
     def table(self) -> tuple[list[str], list[tuple[Any, ...]]]:
         """Return the columns and values of all runs, for export."""
-        cursor = self._connection.execute(
-            "SELECT * FROM runs ORDER BY case_name, solver, settings_digest, seed_index"
-        )
-        return [entry[0] for entry in cursor.description], [tuple(row) for row in cursor]
+        with self._reading():
+            cursor = self._connection.execute(
+                "SELECT * FROM runs ORDER BY case_name, solver, settings_digest, seed_index"
+            )
+            return [entry[0] for entry in cursor.description], [tuple(row) for row in cursor]
 
 
 def _columns(spec: RunSpec, record: RunRecord, trajectory: str | None, plan: int) -> dict[str, Any]:
@@ -291,18 +363,19 @@ _PLAIN = (
 
 
 def _row(entry: sqlite3.Row, histories: bool) -> Row:
+    check_columns(entry)
     worst = None
     if entry["worst_limit"] is not None:
         worst = {name: entry[f"worst_{name}"] for name in ("limit", "joint", "time", "ratio")}
     history = {}
     if histories and entry["h_cost"] is not None:
-        history = {part: json.loads(entry[f"h_{part}"]) for part in _HISTORY}
+        history = load_history({part: entry[f"h_{part}"] for part in _HISTORY})
     record = RunRecord(
         **{name: entry[name] for name in _PLAIN},
         claimed=bool(entry["claimed"]),
         feasible=bool(entry["feasible"]),
         worst=worst,
-        findings=tuple(json.loads(entry["findings"])),
+        findings=load_texts(entry["findings"]),
         history=history,
     )
     return Row(
