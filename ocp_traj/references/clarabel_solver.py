@@ -17,6 +17,12 @@ from typing import Any
 import numpy as np
 
 
+def best_backend() -> str:
+    """Return cvxpy's compiler to use: the one for large parameters where cvxpy has it (1.8 and later)."""
+    settings: Any = import_module("cvxpy.settings")
+    return str(getattr(settings, "COO_CANON_BACKEND", settings.SCIPY_CANON_BACKEND))
+
+
 @lru_cache(maxsize=1)
 def timing_solver() -> Any:
     """Return the solver to be given to ``Problem.solve``; everything else is cvxpy's own interface to Clarabel."""

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.references.clarabel_solver import timing_solver
+from ocp_traj.references.clarabel_solver import best_backend, timing_solver
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ class TimingProblem:
         try:
             with warnings.catch_warnings():  # the status says it when the answer is inaccurate
                 warnings.filterwarnings("ignore", message="Solution may be inaccurate")
-                self._problem.solve(solver=timing_solver(), canon_backend="COO")
+                self._problem.solve(solver=timing_solver(), canon_backend=best_backend())
         except cp.error.SolverError as error:
             return TimingAnswer(f"solver failed: {error}")
         status = str(self._problem.status)

@@ -27,6 +27,7 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import InputError
+from ocp_traj.references.clarabel_solver import best_backend
 from ocp_traj.references.path_limits import PathRows, path_rows
 from ocp_traj.references.paths import PathGrid, geometric_path, sample_path
 from ocp_traj.references.result import ReferenceResult, cell_durations
@@ -250,7 +251,7 @@ class _JerkProblem:
             with warnings.catch_warnings():  # the profile is checked, and scaled to its limits, afterwards
                 warnings.filterwarnings("ignore", message="Solution may be inaccurate")
                 try:
-                    problem.solve(solver=cp.CLARABEL, canon_backend="COO")
+                    problem.solve(solver=cp.CLARABEL, canon_backend=best_backend())
                 except cp.error.SolverError:
                     return None
             return None if y.value is None else np.maximum(np.asarray(y.value), 0.0) * first
