@@ -78,6 +78,15 @@ def minimize(
     ------
     ValueError
         If a limit, x0, the box or the checkpoint does not fit.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from metaheuristics import ParticleSwarm, Problem, minimize
+    >>> problem = Problem.from_function(lambda X: ((X - 1.0) ** 2).sum(axis=1), [-5.0] * 3, [5.0] * 3)
+    >>> best = minimize(problem, ParticleSwarm(population=30), budget=6000, rng=np.random.default_rng(0))
+    >>> best.x.round(3).tolist(), best.evaluations
+    ([1.0, 1.0, 1.0], 6000)
     """
     limits = Limits(budget, generations, seconds, target, stall)
     rule = optimizer.default_ordering if constraint_handling is None else constraint_handling

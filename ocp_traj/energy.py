@@ -28,6 +28,11 @@ def energy(task: TrajectoryTask, trajectory: Trajectory) -> float | None:
 
     No motor losses; friction counts if the robot has any (paper A; its printed formula is lost, |tau qdot| is
     our reading). Relative accuracy about 1e-9.
+
+    Parameters
+    ----------
+    task : TrajectoryTask
+    trajectory : Trajectory
     """
     return _of_power(task, trajectory, np.abs)
 
@@ -95,7 +100,13 @@ def custom_cost(task: TrajectoryTask, trajectory: Trajectory, objective: CustomO
 
 
 def objective_value(task: TrajectoryTask, trajectory: Trajectory) -> float:
-    """Return the task's weighted cost of a motion: every term with weight, the user's own included."""
+    """Return the task's weighted cost of a motion: every term with weight, the user's own included.
+
+    Parameters
+    ----------
+    task : TrajectoryTask
+    trajectory : Trajectory
+    """
     terms: dict[str, Callable[[], float | None]] = {
         "time": lambda: trajectory.duration,
         "energy": lambda: energy(task, trajectory),

@@ -192,6 +192,13 @@ def solve(
         The solver does not exist or cannot be loaded.
     InputError
         The task is nothing the solver can work on.
+
+    Examples
+    --------
+    >>> import ocp_traj as ot
+    >>> result = ot.solve(ot.load_case("fang-2020-task-1"))
+    >>> round(result.duration, 3), result.feasible, result.status
+    (4.0, True, 'converged')
     """
     name = solver if isinstance(solver, str) else type(solver).__name__
     chosen = parse_solver(solver) if isinstance(solver, str) else solver

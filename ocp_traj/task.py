@@ -117,6 +117,12 @@ class Boundary:
 
     ``"default"`` is the family's own: acceleration free for cubic and zero otherwise, jerk zero for septic and
     free otherwise.
+
+    Parameters
+    ----------
+    velocity : number, (n,) or (2, n) array, rad/s (m/s)
+    acceleration : the same, ``None`` or ``"default"``, rad/s^2 (m/s^2)
+    jerk : the same, ``None`` or ``"default"``, rad/s^3 (m/s^3)
     """
 
     velocity: ArrayLike = 0.0
@@ -156,7 +162,16 @@ class Boundary:
 
 @dataclass(frozen=True)
 class CustomObjective:
-    """A user's own cost: the integral of a CasADi function of (q, v, a, tau), each (n,), to one number."""
+    """A user's own cost: the integral of a CasADi function of (q, v, a, tau), each (n,), to one number.
+
+    Parameters
+    ----------
+    name : str
+        In reports.
+    function : casadi.Function
+        (q, v, a, tau), each (n,), in SI units, to one number, whose integral over time is the cost.
+    weight : float
+    """
 
     name: str
     function: Any
@@ -167,7 +182,15 @@ class CustomObjective:
 class CustomConstraint:
     """A user's own limit: a CasADi function of (q, v, a, tau), each (n,), to k numbers within [lower, upper].
 
-    `scale` (default the larger finite bound, or 1) divides the violation.
+    Parameters
+    ----------
+    name : str
+        In reports.
+    function : casadi.Function
+        (q, v, a, tau), each (n,), in SI units, to k numbers.
+    lower, upper : number or (k,)
+    scale : float, optional
+        What a violation is divided by; the larger finite bound, or 1.
     """
 
     name: str
@@ -209,6 +232,9 @@ class Objective:
     motor_loss : per joule of copper loss, see `Motor`
     duration : (2,) bounds of the total duration, s; equal bounds fix it
     gap_durations : (G, 2) bounds of the duration of each gap, s
+    motor : Motor, optional
+        Needed by `motor_loss`.
+    custom : tuple of CustomObjective
     """
 
     time: float = 0.0

@@ -24,6 +24,14 @@ class Trajectory:
         When each waypoint is passed, s; a subset of the breakpoints.
     family, case : str
         Name of the spline family and of the case, carried into files.
+
+    Examples
+    --------
+    >>> parabola = Trajectory([0.0, 2.0], [[[1.0, 0.0, 0.5]]], [0.0, 2.0])  # 1 + t^2 / 2
+    >>> parabola([0.0, 1.0, 2.0]).ravel().tolist()
+    [1.0, 1.5, 3.0]
+    >>> parabola(2.0, derivative=1).tolist()
+    [2.0]
     """
 
     breakpoints: Array

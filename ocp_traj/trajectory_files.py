@@ -155,6 +155,7 @@ def write_csv(
     ----------
     path : path
         The CSV file; the exact curve goes to the same stem with ``.spline.json``.
+    trajectory : Trajectory
     rate : float
         Samples a second.
     torques : callable, optional
@@ -182,6 +183,15 @@ def read_csv(path: str | os.PathLike[str]) -> Trajectory:
     """Read a motion: the exact curve beside the CSV if there is one, else the quintic through its q, v, a.
 
     The quintic's waypoint times are only its first and last; the audit finds the others.
+
+    Parameters
+    ----------
+    path : path
+        The CSV file, in rad (m) and s.
+
+    Returns
+    -------
+    Trajectory
 
     Raises
     ------
@@ -256,10 +266,17 @@ def _hermite(times: Array, q: Array, v: Array, a: Array) -> Trajectory:
 
 
 def _read(path: Path) -> str:
+    if "\0" in str(path):
+        raise InputError(f"{str(path)!r} is no path, it holds a null character")
     try:
-        if path.stat().st_size > _MAX_BYTES:
+        mode = path.stat().st_mode
+        if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):  # a device may never end, a pipe never begin
+            raise InputError(f"{path}: is not a regular file")
+        with path.open("rb") as stream:
+            content = stream.read(_MAX_BYTES + 1)
+        if len(content) > _MAX_BYTES:
             raise InputError(f"{path}: is larger than {_MAX_BYTES} bytes")
-        return path.read_text(encoding="utf-8")
+        return io.TextIOWrapper(io.BytesIO(content), encoding="utf-8").read()
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:

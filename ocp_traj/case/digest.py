@@ -16,6 +16,10 @@ def task_digest(task: TrajectoryTask) -> str:
 
     Title and source do not enter. Numbers enter with 12 significant digits, so the last bits of another
     platform's unit conversion or inverse kinematics do not change it.
+
+    Parameters
+    ----------
+    task : TrajectoryTask
     """
     text = "\n".join(_parts(task))
     return hashlib.sha256(text.encode()).hexdigest()

@@ -23,6 +23,11 @@ def case_names() -> list[str]:
 def case_title(name: str) -> str:
     """Return the title of a packaged case.
 
+    Parameters
+    ----------
+    name : str
+        One of `case_names`.
+
     Raises
     ------
     CaseError
@@ -48,6 +53,12 @@ def load_case(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Trajec
     CaseError
         There is no such case, or something in it cannot be used; names the file, the key, what was given and
         what was expected.
+
+    Examples
+    --------
+    >>> task = load_case("machines-2024-490", ["spline.family=cubic", "spline.virtual_knots=3"])
+    >>> task.waypoints.shape, task.family, task.virtual_knots
+    ((4, 6), 'cubic', 3)
     """
     file = str(name_or_path)
     tables = _tables(name_or_path)
@@ -57,6 +68,14 @@ def load_case(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Trajec
 
 def load_case_text(text: str, overrides: Sequence[str] = (), folder: Path | None = None) -> TrajectoryTask:
     """Return the task of a case given as text; paths in it are relative to `folder` (default: here).
+
+    Parameters
+    ----------
+    text : str
+        TOML, as in a case file.
+    overrides : sequence of str
+        ``KEY=VALUE``, as in `load_case`.
+    folder : Path, optional
 
     Raises
     ------

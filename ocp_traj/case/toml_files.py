@@ -72,7 +72,14 @@ def parse_toml(text: str, file: str) -> dict[str, Any]:
 
 
 def read_toml(path: Path, file: str) -> dict[str, Any]:
-    """Return the tables of a TOML file; see `read_text` and `parse_toml` for what is raised."""
+    """Return the tables of a TOML file; see `read_text` and `parse_toml` for what is raised.
+
+    Parameters
+    ----------
+    path : Path
+    file : str
+        Its name in messages.
+    """
     return parse_toml(read_text(path, file), file)
 
 

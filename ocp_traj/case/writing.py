@@ -65,6 +65,12 @@ def dumps(task: TrajectoryTask, folder: Path | None = None) -> str:
 def write_case(task: TrajectoryTask, path: str | Path) -> None:
     """Write a task as a case file; see `dumps` for what cannot be written.
 
+    Parameters
+    ----------
+    task : TrajectoryTask
+    path : path
+        The TOML file; overwritten when there is one.
+
     Raises
     ------
     TaskError

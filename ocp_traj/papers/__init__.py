@@ -18,6 +18,11 @@ PAPERS = {
 def get_paper(key: str) -> Paper:
     """Return a paper by its letter.
 
+    Parameters
+    ----------
+    key : str
+        ``"A"`` to ``"D"``.
+
     Raises
     ------
     UnknownNameError

@@ -163,6 +163,11 @@ def references(
 ) -> dict[str, Any]:
     """Return `collect_references` ready for JSON.
 
+    Parameters
+    ----------
+    task, trajectory, convex, jerk, certificate, time_limit, rng
+        See `collect_references`.
+
     Returns
     -------
     dict
@@ -186,6 +191,12 @@ def reference_columns(task: TrajectoryTask, *, time_limit: float = 20.0) -> dict
     """Return what a result carries: the kinematic bound and the best TOPP-RA duration of uniform and chord.
 
     The form of ``references`` in `solve --json`: ``{"kinematic_bound": {"lower", "estimate"}, "toppra": seconds}``.
+
+    Parameters
+    ----------
+    task : TrajectoryTask
+    time_limit : float
+        Seconds the bound may take.
     """
     bound = kinematic_bound(task, time_limit=time_limit)
     durations = [toppra_reference(task, path).duration for path in ("uniform", "chord")]

@@ -80,6 +80,12 @@ def robot_from_dh(
     ------
     RobotError
         The convention, a joint type or a length is wrong.
+
+    Examples
+    --------
+    >>> arm = robot_from_dh("standard", a=[0.4, 0.3], alpha=[0, 0], d=[0, 0], theta=[0, 0])
+    >>> arm.pose([0.0, 0.0])[:3, 3].round(12).tolist()
+    [0.7, 0.0, 0.0]
     """
     import pinocchio as pin
 

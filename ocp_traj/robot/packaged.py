@@ -125,12 +125,22 @@ def robot_names() -> list[str]:
 def load_robot(name: str) -> Robot:
     """Return a robot by name.
 
+    Parameters
+    ----------
+    name : str
+        One of `robot_names`.
+
     Raises
     ------
     UnknownNameError
         There is no such name; the message lists those there are.
     RobotError
         The robot data is not installed.
+
+    Examples
+    --------
+    >>> load_robot("ur5").n
+    6
     """
     if name not in PACKAGED_ROBOTS:
         raise UnknownNameError(f"robot {name!r} is unknown, expected one of {', '.join(robot_names())}")

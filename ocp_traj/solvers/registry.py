@@ -33,7 +33,20 @@ class Entry:
 
 @dataclass(frozen=True)
 class SolverInfo:
-    """A row of ``ocp-traj list solvers``."""
+    """A row of ``ocp-traj list solvers``.
+
+    Attributes
+    ----------
+    name : str
+    kind : str
+        ``gradient``, ``population``, ``hybrid`` or ``third-party``.
+    available : bool
+        Whether it can be loaded and used here.
+    reason : str
+        Why not; empty when it can.
+    summary : str
+        One line.
+    """
 
     name: str
     kind: str
@@ -136,6 +149,11 @@ def _summary(name: str) -> str:
 def parse_solver(text: str) -> Solver:
     """Return the solver that ``name[key=value,...]`` or ``name@preset[...]`` stands for.
 
+    Parameters
+    ----------
+    text : str
+        For instance ``"pso[inertia=linear,population=50]"``.
+
     Raises
     ------
     UnknownNameError
@@ -161,7 +179,22 @@ def parse_solver(text: str) -> Solver:
 
 
 def split_solvers(text: str) -> list[str]:
-    """Split a comma-separated list of solvers; commas inside brackets belong to a solver."""
+    """Split a comma-separated list of solvers; commas inside brackets belong to a solver.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    list of str
+        Each as `parse_solver` takes it.
+
+    Examples
+    --------
+    >>> split_solvers("ipopt, pso[inertia=linear,population=50]")
+    ['ipopt', 'pso[inertia=linear,population=50]']
+    """
     parts = re.split(r",(?![^\[]*\])", text)
     return [part.strip() for part in parts if part.strip()]
 

@@ -21,10 +21,20 @@ FAMILIES: dict[str, Family] = {
 def get_family(name: str) -> Family:
     """Return the family of that name.
 
+    Parameters
+    ----------
+    name : str
+        As in case files.
+
     Raises
     ------
     UnknownNameError
         There is none; the message lists those there are.
+
+    Examples
+    --------
+    >>> get_family("septic").degree
+    7
     """
     try:
         return FAMILIES[name]

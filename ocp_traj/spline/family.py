@@ -16,6 +16,12 @@ class Piece:
 
     `states` are q, h v, h^2 a, ... at the start, then at the end; the polynomial in tau = (t - t_k) / h has the
     ascending coefficients ``hermite_matrix(degree) @ states``.
+
+    Parameters
+    ----------
+    degree : int
+    duration : number, (P, 1) array or symbol, s
+    states : tuple of degree + 1 entries
     """
 
     degree: int

@@ -19,7 +19,13 @@ Unknown = tuple[int, int]
 
 @dataclass(frozen=True)
 class EndConditions:
-    """Derivatives given at the start and at the end of a spline: order -> value broadcasting to (P, n)."""
+    """Derivatives given at the start and at the end of a spline: order -> value broadcasting to (P, n).
+
+    Parameters
+    ----------
+    start, end : dict of int to array
+        Order of the derivative to its value, in rad (m) and s; 1 is the velocity.
+    """
 
     start: dict[int, Any]
     end: dict[int, Any]

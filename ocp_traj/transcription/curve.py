@@ -48,8 +48,9 @@ def build_trajectory(task: TrajectoryTask, durations: Array, positions: Array) -
 
     Parameters
     ----------
+    task : TrajectoryTask
     durations : (m,) s, of all sub-segments
-    positions : (m + 1, n)
+    positions : (m + 1, n) rad (m)
         At the knots; those that the end conditions decide are ignored.
     """
     starts, ends = decided_knots(task)
@@ -74,12 +75,23 @@ def trajectory_from_durations(task: TrajectoryTask, durations: ArrayLike) -> Tra
 
     Parameters
     ----------
+    task : TrajectoryTask
     durations : (K - 1,) s
 
     Raises
     ------
     InputError
         Their number is wrong, or one is not positive.
+
+    Examples
+    --------
+    >>> import ocp_traj as ot
+    >>> task = ot.load_case("fanuc-m10id8l")
+    >>> published = ot.trajectory_from_durations(task, [0.311, 0.660, 1.676])
+    >>> round(published.duration, 3)
+    2.647
+    >>> ot.audit(task, published).feasible
+    True
     """
     h = np.asarray(durations, dtype=np.float64)
     if h.shape != (task.gaps,):

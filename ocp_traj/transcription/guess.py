@@ -33,7 +33,14 @@ def closed_form_durations(task: TrajectoryTask) -> Array:
 
 
 def initial_guess(task: TrajectoryTask, durations: Array | None = None) -> Trajectory:
-    """Return a motion of the task's family and number of knots, scaled into its kinematic limits."""
+    """Return a motion of the task's family and number of knots, scaled into its kinematic limits.
+
+    Parameters
+    ----------
+    task : TrajectoryTask
+    durations : (K - 1,), optional
+        Of the gaps, s, before the scaling; from distances and limits when left out.
+    """
     gaps = closed_form_durations(task) if durations is None else durations
     if get_family(task.family).takes_virtual_knots and task.virtual_knots:
         default = Boundary(task.boundary.velocity)
@@ -72,7 +79,14 @@ def kinematic_scale(task: TrajectoryTask, trajectory: Trajectory) -> float:
 
 
 def insert_knots(trajectory: Trajectory, virtual_knots: int) -> Trajectory:
-    """Return the same motion with `virtual_knots` knots in every gap, by halving the longest pieces exactly."""
+    """Return the same motion with `virtual_knots` knots in every gap, by halving the longest pieces exactly.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    virtual_knots : int
+        At least as many as it has.
+    """
     pieces: list[tuple[float, Array]] = []
     waypoint_times = np.asarray(trajectory.waypoint_times)
     breakpoints = np.asarray(trajectory.breakpoints)

@@ -60,6 +60,15 @@ def find_crossings(
     Between poses (K, 4, 4) the tool's point moves on a line and its orientation turns about one axis. Every gap is
     sampled, and where a joint moves far between two samples the place is bisected: a jump that does not shrink is a
     crossing, and so is a branch that ceases to exist. Then all branches at the gap's end are compared.
+
+    Parameters
+    ----------
+    inverse : ClosedForm
+    poses : (K, 4, 4) transforms, m
+    start : (6,) rad
+        Reaches the first pose.
+    samples : int
+        Looked at in every gap.
     """
     signs = domain_of(inverse, start)
     found = (

@@ -26,7 +26,12 @@ Method = Literal["nearest", "unique-domain"]
 
 
 def inverse_kinematics_of(robot: Robot) -> InverseKinematics:
-    """Return the closed form that suits a robot's axes, else damped least squares."""
+    """Return the closed form that suits a robot's axes, else damped least squares.
+
+    Parameters
+    ----------
+    robot : Robot
+    """
     if robot.n == 6 and "prismatic" not in robot.joint_types:
         screws = screws_of(robot)
         for closed_form in (ThreeParallelAxes, SphericalWrist):
@@ -39,6 +44,10 @@ def inverse_kinematics_of(robot: Robot) -> InverseKinematics:
 
 def poses_to_matrices(poses: ArrayLike) -> Array:
     """Return transforms (K, 4, 4) of poses (K, 7): x, y, z in m and a unit quaternion qx, qy, qz, qw.
+
+    Parameters
+    ----------
+    poses : (K, 7) array
 
     Raises
     ------

@@ -18,6 +18,11 @@ from ocp_traj.robot.inverse_kinematics.closed_form import FACTORS, SINGULAR, Clo
 def domain_of(inverse: ClosedForm, q: Array) -> Array:
     """Return the signs (3,) of the domain that holds `q` (6,).
 
+    Parameters
+    ----------
+    inverse : ClosedForm
+    q : (6,) rad
+
     Raises
     ------
     UnreachablePoseError
@@ -38,6 +43,12 @@ def follow_domain(inverse: ClosedForm, poses: Array, start: Array) -> Array:
     """Return the positions (K, 6) that reach poses (K, 4, 4) in the domain of `start` (6,).
 
     Angles are taken in the turn nearest to the pose before; a row is NaN where the domain has no solution.
+
+    Parameters
+    ----------
+    inverse : ClosedForm
+    poses : (K, 4, 4) transforms, m
+    start : (6,) rad
     """
     q = inverse.branches(poses, domain_of(inverse, start)[None]).q[:, 0]
     previous = np.asarray(start, dtype=np.float64)
