@@ -38,12 +38,6 @@ TIME_WEIGHT = 1e-4
 NOTHING = 1e-9
 """Slacks below this, in parts of the limit, are rounding."""
 
-STRATEGIES: tuple[dict[str, Any], ...] = (
-    {"ipopt.mu_strategy": "adaptive"},
-    {"ipopt.barrier_tol_factor": 100.0},
-)
-"""IPOPT's ways to reduce the barrier, tried one after the other until one arrives."""
-
 
 @dataclass(frozen=True, eq=False)
 class LeastViolation:
@@ -86,16 +80,15 @@ def elastic_phase(nlp: LiftedNlp, x: Array, account: Account) -> LeastViolation 
     limits["lbx"][bounds], limits["ubx"][bounds] = -np.inf, np.inf
     start = np.concatenate([x, _broken(nlp, x, rows, bounds)])
     account.build_time += time.perf_counter() - clock
-    for strategy in STRATEGIES:
-        if account.exhausted():
-            return None
-        found = _minimise({**options, **strategy}, problem, start, limits, account)
-        if found is not None:
-            return _read(nlp, rows, bounds, found, "in the motion that breaks limits least")
+    found = _minimise({**options, "ipopt.mu_strategy": "adaptive"}, problem, start, limits, account)
+    if found is not None:
+        return _read(nlp, rows, bounds, found, "in the motion that breaks limits least")
+    if account.exhausted():
+        return None
     start[: len(x)] = _slow_down(nlp, x)
     still = slice(0, nlp.layout.segments)
     limits["lbx"][still] = limits["ubx"][still] = start[still]
-    found = None if account.exhausted() else _minimise(options, problem, start, limits, account)
+    found = _minimise(options, problem, start, limits, account)
     return None if found is None else _read(nlp, rows, bounds, found, "even in a slow motion")
 
 

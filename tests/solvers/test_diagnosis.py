@@ -137,7 +137,7 @@ def test_what_no_spline_can_be_is_refused_when_the_task_is_made(changes: dict, k
 # By the elastic phase ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("family", ["cubic", "septic"])
+@pytest.mark.parametrize("family", ["cubic", pytest.param("septic", marks=pytest.mark.slow)])
 def test_torques_that_cannot_pass_a_waypoint_are_named_with_the_waypoint(arm, family: str) -> None:
     task = arm_task(arm, weakened(1, 25.0), family=family, virtual_knots=1 if family == "cubic" else 0)
     sentence = explanation(solve(task))
