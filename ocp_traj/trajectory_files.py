@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import stat
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -269,14 +270,12 @@ def _read(path: Path) -> str:
     if "\0" in str(path):
         raise InputError(f"{str(path)!r} is no path, it holds a null character")
     try:
-        mode = path.stat().st_mode
-        if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):  # a device may never end, a pipe never begin
-            raise InputError(f"{path}: is not a regular file")
-        with path.open("rb") as stream:
-            content = stream.read(_MAX_BYTES + 1)
-        if len(content) > _MAX_BYTES:
+        found = path.stat()
+        if not (stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode)):
+            raise InputError(f"{path}: is not a regular file")  # a device may never end, a pipe never begin
+        if found.st_size > _MAX_BYTES:
             raise InputError(f"{path}: is larger than {_MAX_BYTES} bytes")
-        return io.TextIOWrapper(io.BytesIO(content), encoding="utf-8").read()
+        return path.read_text(encoding="utf-8")
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
