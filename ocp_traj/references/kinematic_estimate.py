@@ -24,7 +24,9 @@ class LocalOptimum:
         return float(self.durations.sum())
 
 
-def local_optimum(limits: JointLimits, starts: int, rng: np.random.Generator) -> LocalOptimum | None:
+def local_optimum(
+    limits: JointLimits, starts: int, rng: np.random.Generator, boxes: tuple[Array, Array] | None = None
+) -> LocalOptimum | None:
     """Return the best of several local optima over durations and waypoint velocities, or None.
 
     A distance d can be travelled if and only if some plateau velocities w, z within the limits satisfy
@@ -32,9 +34,10 @@ def local_optimum(limits: JointLimits, starts: int, rng: np.random.Generator) ->
         w h - (w - v0)^2 / 2A - (w - v1)^2 / 2B >= d,   z h + (z - v0)^2 / 2B + (z - v1)^2 / 2A <= d,
 
     and -B h <= v1 - v0 <= A h (acceleration A, deceleration B; see `double_integrator`): smooth, without cases.
-    With a tolerance the distances are variables too.
+    With a tolerance the distances are variables too, and the positions they add up to stay within `boxes`, the
+    lowest and the highest position (G + 1, n) at every waypoint.
     """
-    problem = _Problem(limits)
+    problem = _Problem(limits, boxes)
     best: LocalOptimum | None = None
     for index in range(starts):
         found = problem.solve(problem.first_guess(rng if index else None))
@@ -46,10 +49,10 @@ def local_optimum(limits: JointLimits, starts: int, rng: np.random.Generator) ->
 class _Problem:
     """The smooth problem in durations, velocities and plateau velocities, scaled to order one."""
 
-    def __init__(self, limits: JointLimits) -> None:
+    def __init__(self, limits: JointLimits, boxes: tuple[Array, Array] | None) -> None:
         import casadi as ca
 
-        self.limits = limits
+        self.limits, self.boxes = limits, boxes
         gaps, n = limits.fastest.shape
         self.stops = stop_durations(limits)
         self.unit = float(self.stops.sum())
@@ -68,7 +71,15 @@ class _Problem:
             hours - 2 * up * (v1 - v0),
             hours - 2 * down * (v0 - v1),
         ]
-        x = ca.veccat(h, inner, high, low, distance)
+        variables = [h, inner, high, low, distance]
+        if boxes is not None:
+            position = ca.MX.sym("q", n)
+            variables.append(position)
+            lowest, highest = boxes
+            for knot in range(gaps + 1):
+                rows += [position - lowest[knot], highest[knot] - position]
+                position = position + distance[:, knot] if knot < gaps else position
+        x = ca.veccat(*variables)
         g = ca.veccat(*rows)
         options: dict[str, Any] = {
             "ipopt.print_level": 0,
@@ -94,6 +105,9 @@ class _Problem:
         free = np.full(gaps * n, np.inf)
         lower = [np.zeros(gaps), inner_low.ravel(), -free, -limits.slowest.ravel(), limits.nearest.ravel()]
         upper = [free[:gaps], inner_high.ravel(), limits.fastest.ravel(), free, limits.farthest.ravel()]
+        if self.boxes is not None:
+            lower.append(self.boxes[0][0])
+            upper.append(self.boxes[1][0])
         return np.concatenate(lower), np.concatenate(upper)
 
     def first_guess(self, rng: np.random.Generator | None) -> Array:
@@ -107,7 +121,8 @@ class _Problem:
             mean = distance / h[:, None]
             inner = rng.uniform(0.0, 1.0, inner.shape) * 0.5 * (mean[1:] + mean[:-1])
         middle = distance / h[:, None]
-        return np.concatenate([h, inner.ravel(), middle.ravel(), middle.ravel(), distance.ravel()])
+        start = [] if self.boxes is None else [0.5 * (self.boxes[0][0] + self.boxes[1][0])]
+        return np.concatenate([h, inner.ravel(), middle.ravel(), middle.ravel(), distance.ravel(), *start])
 
     def solve(self, guess: Array) -> LocalOptimum | None:
         """Return the local optimum IPOPT finds from a guess, or None where it finds no feasible point."""

@@ -105,9 +105,13 @@ def kinematic_bound(
         still = np.zeros((gaps + 1, n))
         return KinematicBound(0.0, 0.0, True, "no joint needs to move", np.zeros(gaps), still)
     rng = np.random.default_rng(0) if rng is None else rng
-    upper = _verified(limits, local_optimum(limits, starts, rng))
+    tolerance = np.asarray(task.tolerance)[:, moving]
+    waypoints = np.asarray(task.waypoints)[:, moving]
+    boxes = (waypoints - tolerance, waypoints + tolerance) if tolerance.any() else None
+    upper = _verified(limits, local_optimum(limits, starts, rng, boxes))
     proof = prove_lower(limits, upper.total, gap, time_limit, largest_nodes)
-    lower = min(proof.lower * (1.0 - MARGIN), upper.total)
+    proved = proof.lower if boxes is None else max(proof.lower, _straight(limits, *boxes))
+    lower = min(proved * (1.0 - MARGIN), upper.total)
     certified = lower >= upper.total * (1.0 - gap) * (1.0 - 2 * MARGIN)
     velocities = np.zeros((gaps + 1, n))
     velocities[:, moving] = upper.velocities
@@ -135,7 +139,7 @@ def _joint_limits(task: TrajectoryTask) -> tuple[Array, JointLimits, str]:
     slack = tolerance[1:] + tolerance[:-1]
     velocity, acceleration = task.limits.get("velocity"), task.limits.get("acceleration")
     nearest, farthest = distance - slack, distance + slack
-    moving = ((nearest > 0) | (farthest < 0)).any(axis=0)
+    moving = (waypoints - tolerance).max(axis=0) > (waypoints + tolerance).min(axis=0)
     rest = np.zeros((2, int(moving.sum())))
     limits = JointLimits(
         velocity[:, 1][:, moving],
@@ -157,6 +161,18 @@ def _joint_limits(task: TrajectoryTask) -> tuple[Array, JointLimits, str]:
         if not np.isfinite(limits.fastest).any() and not np.isfinite(limits.speeding).any():
             return moving, limits, "no velocity or acceleration limit bounds the duration"
     return moving, limits, ""
+
+
+def _straight(limits: JointLimits, lowest: Array, highest: Array) -> float:
+    """Return the time that the way between any two boxes takes at full speed, s: the gaps' own ways may all vanish."""
+    least = 0.0
+    for first in range(limits.gaps):
+        for last in range(first + 1, limits.gaps + 1):
+            fastest = limits.fastest[first:last].max(axis=0)
+            slowest = limits.slowest[first:last].max(axis=0)
+            up, down = lowest[last] - highest[first], lowest[first] - highest[last]
+            least = max(least, float(np.maximum(up / fastest, down / slowest).max()))
+    return least
 
 
 def _verified(limits: JointLimits, found: LocalOptimum | None) -> LocalOptimum:

@@ -83,6 +83,15 @@ def test_speed_limits_alone_bound_the_duration() -> None:
     assert bound.estimate == pytest.approx(1.5, rel=1e-6)
 
 
+def test_wide_tolerances_leave_the_way_between_the_ends() -> None:
+    """A waypoint that may be anywhere between its neighbours costs nothing, but the whole way stays."""
+    waypoints, limits = np.array([[0.0], [1.0], [2.0]]), Limits(velocity=1.0, acceleration=1.0)
+    loose = TrajectoryTask(waypoints, limits, tolerance=np.array([[0.0], [1.0], [0.0]]))
+    bound = kinematic_bound(loose, time_limit=1.0)
+    assert bound.estimate == pytest.approx(3.0, abs=1e-6)  # 1 s up, 1 s at full speed, 1 s down
+    assert bound.lower is not None and 2.0 * (1 - 1e-8) <= bound.lower <= bound.estimate
+
+
 def test_tolerance_around_waypoints_shortens_the_bound() -> None:
     points = np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]])
     exact = TrajectoryTask(points, Limits(acceleration=1.0))
