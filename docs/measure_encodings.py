@@ -85,7 +85,9 @@ def hybrid_rows(seeds: int, only: str) -> Iterator[str]:
 
 def spread(results: list[SolveResult]) -> str:
     """Return the median, the best and the worst objective of the feasible answers, and how many there are."""
-    values = [result.objective for result in results if result.feasible]
+    values = [
+        float(result.objective) for result in results if result.feasible and result.objective is not None
+    ]
     if not values:
         return f"- | - | 0 of {len(results)}"
     return f"{np.median(values):.6g} | {min(values):.6g}, {max(values):.6g} | {len(values)} of {len(results)}"
