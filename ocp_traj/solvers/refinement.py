@@ -180,9 +180,9 @@ def new_points(known: ExtraPoints, found: ExtraPoints) -> ExtraPoints:
         before = [abs(other - fraction) for where, other in known.instants if where == segment]
         around = min(before, default=ASIDE) / 2
         for place in (fraction, fraction - around, fraction + around):
-            candidate = segment, round(min(max(place, 0.0), 1.0), 6)
-            if not _is_near(candidate, known.instants) and candidate not in instants:
-                instants.append(candidate)
+            instant = segment, round(min(max(place, 0.0), 1.0), 6)
+            if not _is_near(instant, known.instants) and instant not in instants:
+                instants.append(instant)
     return ExtraPoints(tuple(derivatives), tuple(instants))
 
 
