@@ -16,6 +16,7 @@ DEFAULT_CASES = ("ur5-torque-limited", "machines-2024-490")
 DEFAULT_SOLVERS = ("ipopt", "ssa", "pso")
 DEFAULT_RUNNER = "ocp_traj.comparison.runner:solve_case"
 _MAXIMUM_RUNS = 1_000_000
+_MAXIMUM_GIGABYTES = 2**20
 
 
 @dataclass(frozen=True)
@@ -275,7 +276,12 @@ def plan_from_table(table: Mapping[str, Any], file: str) -> Plan:
             _as_string(entry, "solvers", file) for entry in _as_list(table["solvers"], "solvers", file)
         )
     if "memory_limit_gb" in table:
-        values["memory_limit"] = int(table["memory_limit_gb"] * 2**30)
+        given = table["memory_limit_gb"]
+        if not 0 < given < _MAXIMUM_GIGABYTES:
+            raise InputError(f"{file}: memory_limit_gb: {given!r} given, expected a positive number of GB")
+        values["memory_limit"] = int(given * 2**30)
+    if not budgets:
+        raise InputError(f"{file}: budget: an empty list given, expected a number of evaluations")
     return Plan(budgets=tuple(budgets), **values)
 
 

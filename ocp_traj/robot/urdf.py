@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -13,6 +15,16 @@ from ocp_traj.exceptions import RobotError
 from ocp_traj.robot.additions import Friction
 from ocp_traj.robot.robot import Robot
 
+_COMMENT = re.compile("<!--.*?-->", re.DOTALL)
+_MASS_TAG = re.compile(r"<(mass|inertia)\b([^<>]*)>")
+_ATTRIBUTE = re.compile(r"""([A-Za-z]+)\s*=\s*["']([^"']*)["']""")
+
+MAX_BYTES = 100_000_000
+"""Largest description that is read, bytes; meshes are files of their own."""
+
+MAX_JOINTS = 200
+"""Joints up to which a description is read: Pinocchio's working memory grows with their cube, 0.5 GB here."""
+
 
 def read_urdf(path: Path) -> Any:
     """Return the full `pin.Model` of a URDF file with a fixed base.
@@ -20,16 +32,62 @@ def read_urdf(path: Path) -> Any:
     Raises
     ------
     RobotError
-        The file is missing or Pinocchio cannot read it.
+        The file is missing or too large, Pinocchio cannot read it, or it has too many joints, a negative mass,
+        or a number that is not finite.
     """
     import pinocchio as pin
 
     if not path.is_file():
         raise RobotError(f"robot description {path} does not exist")
+    if path.stat().st_size > MAX_BYTES:
+        raise RobotError(f"robot description {path} is larger than {MAX_BYTES} bytes")
+    _check_masses(path)
     try:
-        return pin.buildModelFromUrdf(str(path))
+        model = pin.buildModelFromUrdf(str(path))
     except (ValueError, RuntimeError) as error:
         raise RobotError(f"robot description {path} is not a valid URDF: {error}") from error
+    if model.njoints - 1 > MAX_JOINTS:
+        raise RobotError(
+            f"robot description {path} has {model.njoints - 1} joints, expected at most {MAX_JOINTS}"
+        )
+    _check_numbers(model, path)
+    return model
+
+
+def _check_masses(path: Path) -> None:
+    """Refuse a mass or inertia that is no finite number: the parser would leave it out and go on."""
+    try:
+        text = _COMMENT.sub("", path.read_text(encoding="utf-8", errors="replace"))
+    except OSError as error:
+        raise RobotError(f"robot description {path} cannot be read: {error.strerror}") from None
+    for tag in _MASS_TAG.finditer(text):
+        for name, value in _ATTRIBUTE.findall(tag[2]):
+            if not _is_finite(value):
+                raise RobotError(
+                    f"robot description {path}: <{tag[1]} {name}={value[:40]!r}> given, expected a finite number"
+                )
+
+
+def _is_finite(text: str) -> bool:
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False
+
+
+def _check_numbers(model: Any, path: Path) -> None:
+    for index, (inertia, placement) in enumerate(zip(model.inertias, model.jointPlacements, strict=True)):
+        numbers = np.concatenate([inertia.toDynamicParameters(), np.ravel(placement.homogeneous)])
+        if not np.isfinite(numbers).all():
+            raise RobotError(
+                f"robot description {path}: joint {model.names[index]}: its link or place has a number that "
+                "is not finite"
+            )
+        if inertia.mass < 0.0:
+            raise RobotError(
+                f"robot description {path}: joint {model.names[index]}: its link has a mass of "
+                f"{inertia.mass:g} kg, expected 0 or more"
+            )
 
 
 def _limits_of(model: Any) -> tuple[Array, Array, Array]:

@@ -10,7 +10,8 @@ from audit_motions import INERTIA, clamped_cubic, pendulum
 
 from ocp_traj.audit import audit
 from ocp_traj.audit.conditions import _within
-from ocp_traj.audit.kinematics import _bound, position_width, range_ratios, side_ratios
+from ocp_traj.audit.kinematics import _bound, jumps, position_width, range_ratios, side_ratios
+from ocp_traj.audit.motion import Motion
 from ocp_traj.audit.verdict import Extremum
 from ocp_traj.task import Boundary, Limits, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
@@ -202,3 +203,54 @@ def test_a_jump_is_held_against_the_stricter_of_the_two_gaps(jump: float, feasib
             [[0.0], [0.5], [1.0 + jump]], Limits(velocity=velocity, acceleration=1.0), boundary=boundary
         )
         assert audit(task, motion).feasible is feasible
+
+
+def straight(speeds: list[list[float]]) -> Trajectory:
+    """Return a motion of one second a piece with the given speeds (pieces, n), continuous in position."""
+    steps = np.array(speeds)
+    starts = np.concatenate([np.zeros((1, steps.shape[1])), np.cumsum(steps, axis=0)[:-1]])
+    times = np.arange(len(speeds) + 1.0)
+    return Trajectory(times, np.stack([starts, steps], axis=2), times)
+
+
+def jumps_of(motion: Trajectory, **limits: object) -> list[tuple[str, int, float]]:
+    """Return limit, joint and time of what jumps make infinite."""
+    task = TrajectoryTask(motion(motion.waypoint_times), Limits(**limits))  # type: ignore[arg-type]
+    return [(peak.limit, peak.joint, peak.time) for peak in jumps(task, Motion.of(motion))]
+
+
+def test_a_jump_late_in_the_motion_is_held_against_the_gaps_beside_it() -> None:
+    motion = straight([[0.5], [0.5], [0.5 + 1.3e-6]])
+    strict, loose = [[-1.0], [1.0]], [[-4.0], [4.0]]
+    assert jumps_of(motion, velocity=np.array([loose, strict, loose]), acceleration=1.0) == [
+        ("acceleration", 0, 2.0)
+    ]
+    assert jumps_of(motion, velocity=np.array([strict, loose, loose]), acceleration=1.0) == []
+
+
+def test_a_jump_against_a_limit_of_zero_or_none_is_held_against_the_fastest_joint() -> None:
+    assert jumps_of(straight([[0.5], [0.5 + 0.4e-6]]), velocity=0.0, acceleration=1.0) == []
+    assert jumps_of(straight([[1e3, 0.5], [1e3, 0.5 + 1e-4]]), acceleration=1.0) == []
+    assert jumps_of(straight([[1e1, 0.5], [1e1, 0.5 + 1e-4]]), acceleration=1.0) == [("acceleration", 1, 1.0)]
+
+
+@pytest.mark.parametrize("acceleration", [[[-np.inf], [1.0]], [[-1.0], [np.inf]]])
+def test_a_limit_on_one_side_forbids_a_jump(acceleration: list[list[float]]) -> None:
+    assert jumps_of(straight([[0.5], [0.7]]), acceleration=acceleration) == [("acceleration", 0, 1.0)]
+
+
+def test_a_jump_where_only_another_gap_has_a_limit_is_allowed() -> None:
+    motion = straight([[0.5], [0.7], [0.7], [0.7]])
+    one = np.full((4, 2, 1), [[-np.inf], [np.inf]])
+    one[3] = [[-1.0], [1.0]]
+    assert jumps_of(motion, acceleration=one) == []
+    assert jumps_of(motion, acceleration=one[::-1]) == [("acceleration", 0, 1.0)]
+    late = straight([[0.5], [0.5], [0.7], [0.7]])
+    assert jumps_of(late, acceleration=one[::-1]) == []
+    assert jumps_of(late, acceleration=np.roll(one, -1, axis=0)) == [("acceleration", 0, 2.0)]
+
+
+def test_a_jump_of_one_joint_leaves_the_others_limits_alone() -> None:
+    motion = straight([[0.5, 0.5], [0.7, 0.5]])
+    assert jumps_of(motion, acceleration=[np.inf, 1.0]) == []
+    assert jumps_of(motion, acceleration=[1.0, np.inf]) == [("acceleration", 0, 1.0)]
