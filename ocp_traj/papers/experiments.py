@@ -88,6 +88,8 @@ class Protocol:
         Other readings and methods to run at equal evaluations.
     curves : tuple of (int, str)
         Virtual knots a gap, and ``"zero"`` or ``"free"`` end accelerations, of cubic splines under the same limits.
+    gradient : tuple of (label, solver)
+        Solvers that use derivatives.
     """
 
     methods: Methods
@@ -97,6 +99,7 @@ class Protocol:
     published: Mapping[str, str] = field(default_factory=dict)
     further: Methods = ()
     curves: tuple[tuple[int, str], ...] = ()
+    gradient: Methods = GRADIENT
 
     @property
     def labels(self) -> list[str]:
@@ -135,7 +138,7 @@ class Protocol:
         kept = methods[:: 4 if reduced else 1]
         spent = max(200, self.budget // 50) if reduced else self.budget
         quick: Methods = (("IPOPT", "ipopt[iterations=2,rounds=1]"),)
-        gradient = quick if reduced else _usable(GRADIENT)
+        gradient = quick if reduced else _usable(self.gradient)
         hybrid = () if reduced else _usable(HYBRID)
         return [
             *(Experiment(EQUAL_EVALUATIONS, label, solver, spent) for label, solver in kept),

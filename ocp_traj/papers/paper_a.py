@@ -34,6 +34,7 @@ class PaperA(Paper):
             ("ISSA of A, feasible first", "issa-a@paper[handling=feasible-first]"),
             ("CMA-ES, scaled", "cmaes[encoding=scaled]"),
         ),
+        gradient=(("IPOPT", "ipopt"),),  # the others take minutes over this energy
     )
     minimised = "energy"
     stand_ins = (
