@@ -122,7 +122,7 @@ def _follow(task: TrajectoryTask, points: int, options: dict[str, Any]) -> tuple
 
 def _check_ending(picture: str | None) -> None:
     """Refuse a picture that could not be written before the work is done."""
-    from ocp_traj.comparison.pareto_picture import FORMATS
+    from ocp_traj.comparison.drawing import FORMATS
 
     if picture is not None and Path(picture).suffix.lower() not in FORMATS:
         raise InputError(f"{picture} ends in {Path(picture).suffix!r}, expected one of {', '.join(FORMATS)}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -34,12 +34,17 @@ def save_picture(picture: Picture, path: Path) -> None:
     InputError
         The file's ending is none of ``.pdf``, ``.png``, ``.svg``, or the file cannot be written.
     """
+    save_figure(lambda: _draw(picture), path)
+
+
+def save_figure(make: Callable[[], Any], path: Path) -> None:
+    """Write the Matplotlib figure that `make` returns, in the style of all pictures; raises as `save_picture`."""
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"{path} ends in {path.suffix!r}, expected one of {', '.join(FORMATS)}")
     import matplotlib as mpl
 
     with mpl.rc_context(_STYLE):
-        figure = _draw(picture)
+        figure = make()
         try:
             figure.savefig(path, dpi=200)
         except OSError as error:

@@ -7,20 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ocp_traj.exceptions import InputError
+from ocp_traj.comparison.drawing import save_figure
 
 if TYPE_CHECKING:
     from ocp_traj.solvers.pareto import ParetoFront
 
-FORMATS = (".pdf", ".png", ".svg")
-
-_STYLE: Any = {
-    "font.size": 9.0,
-    "axes.grid": True,
-    "grid.alpha": 0.3,
-    "pdf.fonttype": 42,
-    "svg.fonttype": "none",
-}
 _FRONT, _OTHER, _BROKEN = "#0072b2", "#888888", "#d55e00"
 
 
@@ -32,18 +23,14 @@ def save_front(front: ParetoFront, path: Path) -> None:
     InputError
         The file's ending is none of ``.pdf``, ``.png``, ``.svg``, or the file cannot be written.
     """
-    if path.suffix.lower() not in FORMATS:
-        raise InputError(f"{path} ends in {path.suffix!r}, expected one of {', '.join(FORMATS)}")
-    import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    with mpl.rc_context(_STYLE):
+    def make() -> Any:
         figure = Figure(figsize=(5.5, 3.5), layout="constrained")
         draw_front(figure.subplots(), front)
-        try:
-            figure.savefig(path, dpi=200)
-        except OSError as error:
-            raise InputError(f"cannot write {path}: {error.strerror or error}") from None
+        return figure
+
+    save_figure(make, path)
 
 
 def draw_front(axes: Any, front: ParetoFront) -> None:
