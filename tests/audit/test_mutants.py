@@ -13,6 +13,7 @@ from ocp_traj.audit.conditions import _within
 from ocp_traj.audit.kinematics import _bound, jumps, position_width, range_ratios, side_ratios
 from ocp_traj.audit.motion import Motion
 from ocp_traj.audit.verdict import Extremum
+from ocp_traj.robot import load_robot
 from ocp_traj.task import Boundary, Limits, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
@@ -254,3 +255,25 @@ def test_a_jump_of_one_joint_leaves_the_others_limits_alone() -> None:
     motion = straight([[0.5, 0.5], [0.7, 0.5]])
     assert jumps_of(motion, acceleration=[np.inf, 1.0]) == []
     assert jumps_of(motion, acceleration=[1.0, np.inf]) == [("acceleration", 0, 1.0)]
+
+
+def test_a_jump_of_one_joint_breaks_the_torque_limit_of_another() -> None:
+    """Torques couple the joints; the joint that is told is the one with the limit, the reason the one that jumps."""
+    speeds = np.zeros((4, 6))
+    speeds[1:, 0] = 0.2
+    motion = straight(speeds.tolist())
+    torque = np.full(6, np.inf)
+    torque[2] = 100.0
+    task = TrajectoryTask(
+        motion(motion.waypoint_times), Limits(velocity=np.inf, torque=torque), robot=load_robot("ur5")
+    )
+    (peak,) = jumps(task, Motion.of(motion))
+    assert (peak.limit, peak.joint, peak.time, peak.bound) == ("torque", 2, 1.0, 100.0)
+    assert peak.note == "the velocity of joint 1 jumps by 0.2"
+
+
+def test_the_jump_told_is_one_that_is_not_allowed() -> None:
+    motion = straight([[0.5], [0.5 + 3e-6], [0.5 + 5e-6]])
+    loose, strict = [[-4.0], [4.0]], [[-1.0], [1.0]]
+    found = jumps_of(motion, velocity=np.array([loose, loose, strict]), acceleration=1.0)
+    assert found == [("acceleration", 0, 2.0)]
