@@ -35,6 +35,14 @@ suppress_warnings = [
     "ref.python",  # `n` is an attribute of several classes
 ]
 
+# References to errors, functions and our own classes have to lead somewhere; types in words and those of other
+# packages, which no page without a network can link to, do not.
+nitpicky = True
+nitpick_ignore_regex = [
+    ("py:class", r"(?!ocp_traj\.|metaheuristics\.).*"),
+    ("py:class", r"metaheuristics\.optimizer\.(Frame|StateT)"),
+]
+
 html_theme = "furo"
 html_title = f"ocp-traj {release}"
 html_show_sourcelink = False

@@ -22,7 +22,7 @@ task = ot.TrajectoryTask(
 )
 front = ot.pareto_front(task, points=6, objective="energy", slowest=1.8)
 print(front)
-print("slower motions should never be dearer")
+print("a slower motion should be no dearer")
 assert front.feasible.all()
 assert (np.diff(front.values) <= 0).all()  # slower is never dearer along a front
 assert front.values[-1] < front.values[0]

@@ -21,7 +21,16 @@ if TYPE_CHECKING:
     from ocp_traj.audit import Verdict, audit
     from ocp_traj.case import case_names, load_case, task_digest, write_case
     from ocp_traj.energy import energy, objective_value
-    from ocp_traj.exceptions import CaseError, InputError, OcpTrajError, TaskError
+    from ocp_traj.exceptions import (
+        CaseError,
+        InputError,
+        OcpTrajError,
+        RobotError,
+        TaskError,
+        UnavailableError,
+        UnknownNameError,
+        UnreachablePoseError,
+    )
     from ocp_traj.references import (
         certify,
         convex_reference,
@@ -58,7 +67,16 @@ _MODULES = {
     "ocp_traj.audit": ("Verdict", "audit"),
     "ocp_traj.case": ("case_names", "load_case", "task_digest", "write_case"),
     "ocp_traj.energy": ("energy", "objective_value"),
-    "ocp_traj.exceptions": ("CaseError", "InputError", "OcpTrajError", "TaskError"),
+    "ocp_traj.exceptions": (
+        "CaseError",
+        "InputError",
+        "OcpTrajError",
+        "RobotError",
+        "TaskError",
+        "UnavailableError",
+        "UnknownNameError",
+        "UnreachablePoseError",
+    ),
     "ocp_traj.references": (
         "certify",
         "convex_reference",
@@ -107,11 +125,15 @@ __all__ = [
     "ParetoFront",
     "Payload",
     "Robot",
+    "RobotError",
     "Search",
     "SolveResult",
     "TaskError",
     "Trajectory",
     "TrajectoryTask",
+    "UnavailableError",
+    "UnknownNameError",
+    "UnreachablePoseError",
     "Verdict",
     "__version__",
     "audit",
