@@ -87,7 +87,7 @@ def _expand_limit(name: str, value: ArrayLike, gaps: int, n: int) -> Array:
     key = f"limits.{name}"
     try:
         array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise TaskError(key, f"{value!r} is not a number, {n} numbers or two rows of {n} numbers") from None
     if np.isnan(array).any():
         raise TaskError(key, "contains nan, expected numbers or inf")
@@ -143,7 +143,7 @@ class Boundary:
             if value is None:
                 values[name] = None
                 continue
-            array = np.asarray(value, dtype=np.float64)
+            array = _numbers(f"boundary.{name}", value)
             if array.ndim == 0:
                 array = np.full((2, n), array)
             if array.shape != (2, n) or not np.isfinite(array).all():
@@ -273,7 +273,7 @@ class Objective:
         """Return the objective with checked weights and array bounds; time gets weight 1 when nothing has any."""
         for name in self.WEIGHTS:
             weight = getattr(self, name)
-            if not (np.isfinite(weight) and weight >= 0):
+            if not (np.isfinite(_numbers(f"objective.{name}", weight)) and weight >= 0):
                 raise TaskError(
                     f"objective.{name}", f"{weight} is not a weight, expected a number of 0 or more"
                 )
@@ -286,8 +286,15 @@ class Objective:
         return replace(self, time=time, duration=duration, gap_durations=gap_durations)
 
 
+def _numbers(key: str, value: ArrayLike) -> Array:
+    try:
+        return np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise TaskError(key, f"{value!r} given, expected numbers") from None
+
+
 def _expand_interval(key: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
-    array = np.asarray(value, dtype=np.float64)
+    array = _numbers(key, value)
     if array.shape != shape or np.isnan(array).any():
         raise TaskError(key, f"has shape {array.shape}, expected {shape}: lower and upper seconds")
     if (array[..., 0] < 0).any() or (array[..., 0] > array[..., 1]).any() or (array[..., 1] <= 0).any():
@@ -375,7 +382,7 @@ class TrajectoryTask:
                 f"rows have {n} numbers, expected {self.robot.n}, the joints of {self.robot.name}",
             )
         _check_family(self.family, self.virtual_knots, len(waypoints))
-        tolerance = np.asarray(self.tolerance, dtype=np.float64)
+        tolerance = _numbers("waypoints.tolerance", self.tolerance)
         if tolerance.shape not in ((), (n,), waypoints.shape) or not (tolerance >= 0).all():
             raise TaskError(
                 "waypoints.tolerance", f"expected one, {n} or {waypoints.shape} numbers of 0 or more"
@@ -490,7 +497,7 @@ class TrajectoryTask:
 def _check_waypoints(waypoints: ArrayLike) -> Array:
     try:
         array = np.asarray(waypoints, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise TaskError("waypoints", "rows differ in length or hold something else than numbers") from None
     if array.ndim != 2 or array.shape[1] < 1:
         raise TaskError("waypoints", f"have shape {array.shape}, expected (K, n): one row a waypoint")
@@ -506,7 +513,7 @@ def _check_waypoints(waypoints: ArrayLike) -> Array:
 
 
 def _check_family(family: str, virtual_knots: int, count: int) -> None:
-    if family not in FAMILIES:
+    if not isinstance(family, str) or family not in FAMILIES:
         raise TaskError("spline.family", f"{family!r} is unknown, expected one of {', '.join(FAMILIES)}")
     if not isinstance(virtual_knots, int) or isinstance(virtual_knots, bool) or virtual_knots < 0:
         raise TaskError(
