@@ -129,3 +129,19 @@ def test_a_swarm_has_finished_a_generation_after_every_answer():
     state = swarm.start([-1.0], [1.0], np.random.default_rng(0), total_generations=5)
     X, asked = swarm.ask(state, np.random.default_rng(1))
     assert swarm.tell(asked, X, Evaluation([1.0, 2.0])).phase == 0
+
+
+@pytest.mark.parametrize(("producers", "count"), [(0.2, 3), (0.4, 1), (0.5, 0), (0.6, 0)])
+def test_no_scrounger_flies_where_the_producers_are_half_of_the_flock(producers, count):
+    assert SparrowSearch(population=10, producers=producers).flying_count == count
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0, -0.1, 1.1])
+def test_nobody_or_everybody_a_producer_is_refused(share):
+    with pytest.raises(ValueError, match="producers' share between 0 and 1"):
+        SparrowSearch(producers=share)
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0])
+def test_nobody_or_everybody_may_be_a_scout(share):
+    assert SparrowSearch(population=10, scouts=share).scout_count == 10 * share
