@@ -58,7 +58,9 @@ def _band(axis: Any, grid: Any, curves: Any, label: str) -> None:
     low, middle, high = np.quantile(curves, [0.25, 0.5, 0.75], axis=0, method="inverted_cdf")
     shown = np.isfinite(middle)
     (line,) = axis.plot(
-        grid[shown], middle[shown], label=label if shown.any() else f"{label}: never feasible"
+        grid[shown],
+        middle[shown],
+        label=label if shown.any() else f"{label}: feasible in less than half of the runs",
     )
     inside = shown & np.isfinite(high)
     axis.fill_between(grid[inside], low[inside], high[inside], alpha=0.15, color=line.get_color())
