@@ -102,7 +102,7 @@ def claim_smooth(task: TrajectoryTask, durations: list[float], source: str) -> C
     return Claim(
         "displacement, velocity and acceleration are smooth, without abrupt changes",
         source,
-        f"at the inner points of the feasible optimum velocity jumps by {jumps[0]:.1e} rad/s, acceleration by "
+        f"at the inner points velocity jumps by {jumps[0]:.1e} rad/s, acceleration by "
         f"{jumps[1]:.1e} rad/s² (1e-9 s on both sides), jerk by {jumps[2]:.3g} rad/s³",
         "holds up to acceleration; jerk jumps" if max(jumps[:2]) < 1e-5 else "does not hold",
     )
