@@ -13,6 +13,9 @@ sys.path.insert(0, str(Path(__file__).parent))  # offline_math
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("MPLBACKEND", "Agg")
 
+from docutils import nodes
+from sphinx.addnodes import pending_xref
+
 import ocp_traj
 
 project = "ocp-traj"
@@ -30,10 +33,7 @@ extensions = [
     "sphinxcontrib.bibtex",
 ]
 exclude_patterns = ["_build"]
-suppress_warnings = [
-    "config.cache",  # the gallery keeps functions in its settings
-    "ref.python",  # `n` is an attribute of several classes
-]
+suppress_warnings = ["config.cache"]  # the gallery keeps functions in its settings
 
 # References to errors, functions and our own classes have to lead somewhere; types in words and those of other
 # packages, which no page without a network can link to, do not.
@@ -123,6 +123,15 @@ def keep_bars(app: Any, what: str, name: str, subject: object, options: object, 
         lines[index] = "".join(part if part.startswith("``") else part.replace("|", r"\|") for part in parts)
 
 
+def unlink_words(app: Any, doctree: nodes.document) -> None:
+    """Take links from the words of types: ``(n,) array`` has nothing to do with an attribute called ``n``."""
+    for node in list(doctree.findall(pending_xref)):
+        target = node.get("reftarget", "").rpartition(".")[2]
+        if node.get("refdomain") == "py" and node.get("reftype") == "class" and not target[:1].isupper():
+            node.replace_self(node.children)
+
+
 def setup(app: Any) -> None:
     """Register what this file adds to Sphinx."""
+    app.connect("doctree-read", unlink_words)
     app.connect("autodoc-process-docstring", keep_bars, priority=100)
