@@ -204,10 +204,9 @@ def solve(
     chosen = parse_solver(solver) if isinstance(solver, str) else solver
     outcome = chosen.run(task, Request(seed, budget, time_limit, progress, warm_start))
     result = judge(task, name, seed, outcome)
-    if chosen.kind == "gradient" and _is_oversight(result):
-        result = _solve_tighter(
-            chosen, result, Request(seed, budget, time_limit, progress, result.trajectory)
-        )
+    if chosen.kind in ("gradient", "hybrid") and _is_oversight(result):
+        last = chosen if chosen.kind == "gradient" else parse_solver("ipopt")
+        result = _solve_tighter(last, result, Request(seed, budget, time_limit, progress, result.trajectory))
     return result if warm_start is None else _no_worse(result, warm_start)
 
 
