@@ -5,7 +5,7 @@ from __future__ import annotations
 from ocp_traj.papers.experiments import PUBLISHED_PROTOCOL
 from ocp_traj.papers.measures import claim_first, claim_last, claim_order, spread_of
 from ocp_traj.papers.paper import Claim, Paper
-from ocp_traj.papers.paper_a import ISSA, PSO, SSA
+from ocp_traj.papers.printed_a import ISSA, PSO, SSA
 from ocp_traj.papers.records import Records
 
 

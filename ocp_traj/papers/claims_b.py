@@ -9,7 +9,7 @@ from ocp_traj.papers.joints_apart import totals
 from ocp_traj.papers.measures import claim_gain, claim_order, number, quartiles
 from ocp_traj.papers.motions import certified_optimum, claim_smooth, joint_optima, synchronised_optima
 from ocp_traj.papers.paper import Claim, Paper
-from ocp_traj.papers.paper_b import ISSA, PSO, PUBLISHED_TOTALS, SSA, UNOPTIMISED
+from ocp_traj.papers.printed_b import ISSA, PSO, PUBLISHED_TOTALS, SSA, UNOPTIMISED
 from ocp_traj.papers.records import Records
 
 ACCURACY = ((2, SSA, 0.13), (2, PSO, 0.33), (3, PSO, 0.06), (4, SSA, 0.188), (4, PSO, 0.48), (5, SSA, 0.065),

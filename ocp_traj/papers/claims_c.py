@@ -8,7 +8,7 @@ from ocp_traj.papers.experiments import PUBLISHED_PROTOCOL
 from ocp_traj.papers.inverse_timing import inverse_timing, timing_claims
 from ocp_traj.papers.measures import claim_order, number, quartiles, spread_of
 from ocp_traj.papers.paper import Claim, Paper
-from ocp_traj.papers.paper_c import ADF_SSA, BEST_OF_TEN, SSA, T_SSA, TADF_SSA, durations
+from ocp_traj.papers.printed_c import ADF_SSA, BEST_OF_TEN, SSA, T_SSA, TADF_SSA, durations
 from ocp_traj.papers.records import Records
 from ocp_traj.papers.tent import evenness_claim
 

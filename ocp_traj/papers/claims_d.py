@@ -10,7 +10,7 @@ from ocp_traj.papers.joints_apart import totals
 from ocp_traj.papers.measures import claim_order, number, quartiles
 from ocp_traj.papers.motions import audit_durations, certified_optimum, claim_smooth, path_length
 from ocp_traj.papers.paper import Claim, Paper
-from ocp_traj.papers.paper_d import IMPROVED, PLAIN, PRINTED_POINT, PUBLISHED, UNOPTIMISED, misprinted
+from ocp_traj.papers.printed_d import IMPROVED, PLAIN, PRINTED_POINT, PUBLISHED, UNOPTIMISED, misprinted
 from ocp_traj.papers.records import Records
 
 PRINTED_ALPHA = [0.0, -90.0, 0.0, -90.0, 90.0, -90.0]

@@ -9,7 +9,7 @@ from ocp_traj.papers.fanuc_inertia import SOURCE, with_inertia
 from ocp_traj.papers.measures import number
 from ocp_traj.papers.motions import certified_optimum
 from ocp_traj.papers.paper import Table
-from ocp_traj.papers.paper_d import PUBLISHED, UNOPTIMISED
+from ocp_traj.papers.printed_d import PUBLISHED, UNOPTIMISED
 from ocp_traj.papers.records import Records
 
 if TYPE_CHECKING:

@@ -7,9 +7,8 @@ from pathlib import Path
 from ocp_traj.papers.experiments import EQUAL_EVALUATIONS, PUBLISHED_PROTOCOL, Protocol
 from ocp_traj.papers.measures import number, order_with_tests, quartiles, with_unit
 from ocp_traj.papers.paper import Claim, Figure, Paper
+from ocp_traj.papers.printed_a import ISSA, PSO, SSA
 from ocp_traj.papers.records import Records
-
-ISSA, SSA, PSO = "ISSA of A", "SSA", "PSO"
 
 
 class PaperA(Paper):

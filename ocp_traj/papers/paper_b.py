@@ -9,14 +9,8 @@ from ocp_traj.papers.joints_apart import joints_table, segments_table, totals
 from ocp_traj.papers.measures import number, order_with_tests, quartiles
 from ocp_traj.papers.motions import audit_durations, certified_optimum, joint_optima, synchronised_optima
 from ocp_traj.papers.paper import AuditedMotion, Claim, Figure, Paper, Table
+from ocp_traj.papers.printed_b import ISSA, PSO, PUBLISHED_TOTALS, SSA, UNOPTIMISED
 from ocp_traj.papers.records import Records
-
-ISSA, SSA, PSO = "ISSA of B", "SSA", "PSO"
-PUBLISHED_TOTALS = {ISSA: 3.17564, SSA: 3.33759, PSO: 3.77099}
-"""Section 5, seconds; SSA's is called an average, the others are not said to be."""
-
-UNOPTIMISED = 6.0
-"""2 s a segment, section 5."""
 
 MOVING_JOINTS = (2, 3, 4, 5, 6)
 

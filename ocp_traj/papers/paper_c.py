@@ -11,12 +11,9 @@ from ocp_traj.papers.experiments import EQUAL_EVALUATIONS, PUBLISHED_PROTOCOL, P
 from ocp_traj.papers.inverse_timing import PATH_POINTS, SAVING, inverse_timing, timing_table
 from ocp_traj.papers.measures import number, order_with_tests, quartiles
 from ocp_traj.papers.paper import Claim, Figure, Paper, Table
+from ocp_traj.papers.printed_c import ADF_SSA, BEST_OF_TEN, SSA, T_SSA, TADF_SSA, durations
 from ocp_traj.papers.records import Records
 from ocp_traj.papers.tent import BINS, NUMBERS, histograms
-
-SSA, T_SSA, ADF_SSA, TADF_SSA = "SSA", "T-SSA", "ADF-SSA", "TADF-SSA"
-BEST_OF_TEN = {SSA: 10.83, T_SSA: 12.07, ADF_SSA: 9.85, TADF_SSA: 8.99}
-"""Fig. 7, seconds."""
 
 
 class PaperC(Paper):
@@ -198,8 +195,3 @@ def step_factors() -> tuple[Any, dict[str, Any]]:
         "beta": np.array([search.find_beta(t / PaperC.protocol.generations) for t in generations]),
         "K": np.array([search.find_scout_factor(t / PaperC.protocol.generations) for t in generations]),
     }
-
-
-def durations(paper: Paper, records: Records) -> dict[str, Any]:
-    """Return every method's feasible durations with the paper's own protocol, s, one a seed."""
-    return {label: records.values(label, "duration", PUBLISHED_PROTOCOL) for label in paper.protocol.labels}

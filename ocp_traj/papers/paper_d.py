@@ -12,17 +12,20 @@ from ocp_traj.papers.joints_apart import joints_table, segments_table, totals
 from ocp_traj.papers.measures import number, quartiles
 from ocp_traj.papers.motions import audit_durations, certified_optimum, joint_optima, synchronised_optima
 from ocp_traj.papers.paper import AuditedMotion, Claim, Figure, Paper, Table
+from ocp_traj.papers.printed_d import (
+    IMPROVED,
+    MENDED_POINT,
+    PLAIN,
+    PRINTED_POINT,
+    PUBLISHED,
+    REPAIRED,
+    UNOPTIMISED,
+    misprinted,
+)
 from ocp_traj.papers.records import Records
 
 if TYPE_CHECKING:
     from ocp_traj.task import TrajectoryTask
-
-IMPROVED, PLAIN, REPAIRED = "PSO of D", "PSO", "PSO of D, repaired"
-PUBLISHED = [0.311, 0.660, 1.676]
-"""Section 4, seconds."""
-
-UNOPTIMISED = [2.0, 2.0, 2.0]
-PRINTED_POINT, MENDED_POINT = "63.179", "-63.179"
 
 
 class PaperD(Paper):
@@ -168,13 +171,6 @@ class PaperD(Paper):
                 "(not in the paper)", f"Path of the flange with the printed durations, {length:.3f} m.", path
             ),
         ]
-
-
-def misprinted(paper: Paper) -> TrajectoryTask:
-    """Return the task with joint 3's third waypoint as printed."""
-    rows = np.rad2deg(paper.task().waypoints).round(3)
-    rows[2, 2] = float(PRINTED_POINT)
-    return paper.task((f"waypoints.joints={rows.tolist()}",))
 
 
 def _needed(task: TrajectoryTask) -> Table:
