@@ -19,7 +19,8 @@ from ocp_traj.papers.measures import (
 )
 from ocp_traj.papers.motions import audit_durations
 from ocp_traj.papers.paper_b import PaperB
-from ocp_traj.papers.paper_d import PUBLISHED, PaperD, misprinted
+from ocp_traj.papers.paper_d import PaperD
+from ocp_traj.papers.printed_d import PUBLISHED, misprinted
 
 RNG = np.random.default_rng(5)
 NOISE = 0.01 * RNG.random(20)
