@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 
 QUANTITIES = (("position", "rad"), ("velocity", "rad/s"), ("acceleration", "rad/s²"), ("jerk", "rad/s³"))
 
+LEAST_SHOWN = 1e-3
+"""Distances from the best below this, %, are drawn here."""
+
 
 def _save(figure: Any, path: Path) -> str:
     import matplotlib.pyplot as plt
@@ -37,17 +40,27 @@ def _figure(rows: int, columns: int, width: float, height: float) -> Any:
 def convergence_figure(
     records: Records, labels: list[str], group: str, path: Path, title: str, unit: str
 ) -> str:
-    """Draw the median course of the best feasible cost over evaluations, with quartile bands."""
+    """Draw the median distance of the best feasible cost from the best of all runs, with quartile bands.
+
+    Both axes are logarithmic: on plain ones the first generation hides all that follows.
+    """
+    runs = {
+        label: [row["history"] for row in records.runs(label, group) if len(row["history"]["cost"]) > 1]
+        for label in labels
+    }
+    runs = {label: histories for label, histories in runs.items() if histories}
+    last = max(entry["evaluations"][-1] for histories in runs.values() for entry in histories)
+    curves = {}
+    for label, histories in runs.items():
+        grid = np.geomspace(max(histories[0]["evaluations"][0], 1), last, 300)
+        curves[label] = grid, np.stack([_course(entry, grid, "evaluations") for entry in histories])
+    best = min(float(np.nanmin(values, initial=np.inf)) for _, values in curves.values())
     figure, axes = _figure(1, 1, 7, 4)
     axis = axes[0, 0]
-    for label in labels:
-        histories = [row["history"] for row in records.runs(label, group) if len(row["history"]["cost"]) > 1]
-        if histories:
-            grid = np.linspace(
-                histories[0]["evaluations"][0], max(entry["evaluations"][-1] for entry in histories), 200
-            )
-            _band(axis, grid, np.stack([_course(entry, grid, "evaluations") for entry in histories]), label)
-    axis.set(xlabel="evaluations", ylabel=f"best feasible cost, {unit}", title=title)
+    for label, (grid, values) in curves.items():
+        _band(axis, grid, np.maximum(100.0 * (values / best - 1.0), LEAST_SHOWN), label)
+    axis.set(xlabel="evaluations", ylabel=f"above the best of all runs ({best:.4g} {unit}), %", title=title)
+    axis.set(xscale="log", yscale="log")
     axis.grid(alpha=0.3)
     axis.legend()
     return _save(figure, path)
