@@ -137,3 +137,13 @@ def test_the_contracts_first_program_runs():
     assert evaluation.violation.shape[0] == 5
     assert (evaluation.violation >= 0).all()
     assert nlp.g.numel() == evaluation.violation.shape[1]
+
+
+def test_toppra_gives_no_start_where_waypoints_repeat():
+    """Its path leaves repeated waypoints out, so it has fewer gaps than the task."""
+    from ocp_traj.solvers.starts import toppra_durations
+
+    limits = Limits(velocity=1.0, acceleration=2.0)
+    task = TrajectoryTask([[0.0], [1.0], [2.0]], limits)
+    assert toppra_durations(task).shape == (2,)
+    assert toppra_durations(TrajectoryTask([[0.0], [1.0], [1.0], [2.0]], limits)) is None

@@ -73,4 +73,5 @@ def toppra_durations(task: TrajectoryTask) -> Array | None:
         logger.info("no start by TOPP-RA: %s", result.reason)
         return None
     durations = np.diff(result.waypoint_times)
-    return durations if bool((durations > 0).all()) else None
+    # A path leaves out a waypoint that repeats the one before; its gap has no timing then.
+    return durations if len(durations) == task.gaps and bool((durations > 0).all()) else None
