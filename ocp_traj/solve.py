@@ -279,14 +279,15 @@ def _tightened(task: TrajectoryTask, part: float) -> Limits:
     names = ("velocity", "acceleration", "jerk", "torque", "torque_rate")
     tighter: dict[str, Any] = {name: task.limits.get(name) * (1.0 - part) for name in names}
     position = task.limits.get("position")
-    width = np.diff(position, axis=1)
-    room = np.where(np.isfinite(width), part * width, part * np.abs(position))
+    size = np.where(np.isfinite(position), np.abs(position), 0.0)
+    bounded = np.isfinite(position).all(axis=1, keepdims=True)
+    room = part * np.where(bounded, np.ptp(np.where(bounded, position, 0.0), axis=1, keepdims=True), size)
     waypoints = np.asarray(task.waypoints)
     least, most = (choose(waypoints[:-1], waypoints[1:]) for choose in (np.minimum, np.maximum))
     lower, upper = position[:, 0], position[:, 1]
     drawn_in = [
         np.where(np.isfinite(lower), np.maximum(lower, np.minimum(lower + room[:, 0], least)), lower),
-        np.where(np.isfinite(upper), np.minimum(upper, np.maximum(upper - room[:, -1], most)), upper),
+        np.where(np.isfinite(upper), np.minimum(upper, np.maximum(upper - room[:, 1], most)), upper),
     ]
     return replace(task.limits, position=np.stack(drawn_in, axis=1), **tighter)
 

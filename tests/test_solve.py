@@ -147,3 +147,14 @@ def test_toppra_gives_no_start_where_waypoints_repeat():
     task = TrajectoryTask([[0.0], [1.0], [2.0]], limits)
     assert toppra_durations(task).shape == (2,)
     assert toppra_durations(TrajectoryTask([[0.0], [1.0], [1.0], [2.0]], limits)) is None
+
+
+@pytest.mark.filterwarnings("error")
+def test_limits_are_drawn_in_but_not_beyond_the_waypoints():
+    from ocp_traj.solve import _tightened
+
+    position = [[-1.0, -np.inf, -np.inf], [1.05, 2.0, np.inf]]
+    limits = Limits(velocity=1.0, acceleration=4.0, position=position)
+    drawn_in = _tightened(TrajectoryTask([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]], limits), 0.1)
+    np.testing.assert_allclose(drawn_in.position, [[[-0.795, -np.inf, -np.inf], [1.0, 1.8, np.inf]]])
+    np.testing.assert_allclose(drawn_in.get("acceleration"), 3.6 * np.array([[[-1.0] * 3, [1.0] * 3]]))
