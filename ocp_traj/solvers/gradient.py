@@ -227,17 +227,7 @@ class Gradient(Solver):
                     f"{failed.message}; the motion is the best one found with {knots} virtual knots a gap, "
                     f"which the task with {task.virtual_knots} contains."
                 )
-                x = np.asarray(nlp.guess)
-                again = nlp.evaluate(x[None, :])
-                return replace(
-                    failed,
-                    nlp=nlp,
-                    x=x,
-                    trajectory=motion,
-                    message=message,
-                    cost=float(again.cost[0]),
-                    violation=again.violation[0],
-                )
+                return replace(_first_point(nlp, message), trajectory=motion, status=failed.status)
         return None
 
     def _relax(self, task: TrajectoryTask, account: Account, failed: Answer) -> tuple[Answer, str]:
@@ -308,9 +298,7 @@ class Gradient(Solver):
             fresh = broken if layout is None else new_points(extra, broken)
             if not fresh or samples > MOST_SAMPLES:
                 return answer
-            if (
-                layout is None
-            ):  # no points can be added to the condensed form, so take more samples everywhere
+            if layout is None:  # the condensed form takes no points, so take more samples everywhere
                 samples = 2 * max(samples, CONDENSED_SAMPLES)
             extra, start = extra.joined(fresh), answer.trajectory
         assert answer is not None
@@ -391,7 +379,7 @@ class Gradient(Solver):
             answer = solver(**given, lbx=nlp.lower, ubx=nlp.upper, lbg=nlp.g_lower, ubg=nlp.g_upper)
         except RuntimeError as error:  # what a plug-in makes of a subproblem it cannot solve
             account.record({}, time.perf_counter() - clock)  # it keeps no statistics of such a call
-            return _no_answer(nlp, readable_reason(str(error)))
+            return _first_point(nlp, readable_reason(str(error)))
         stats = solver.stats()
         account.record(stats, time.perf_counter() - clock)
         status, message = read_status(plugin, stats)
@@ -430,8 +418,8 @@ def _can_be_mended(task: TrajectoryTask, trajectory: Trajectory) -> bool:
     return verdict.feasible or slowing or (worst is not None and worst.ratio <= MENDABLE_RATIO)
 
 
-def _no_answer(nlp: Nlp, message: str) -> Answer:
-    """Return the first point as the answer of a plug-in that stopped with an error."""
+def _first_point(nlp: Nlp, message: str) -> Answer:
+    """Return the first point as an answer that failed."""
     x = np.asarray(nlp.guess)
     found = nlp.evaluate(x[None, :])
     nothing = np.zeros(len(nlp.g_lower)), np.zeros(len(x))

@@ -11,7 +11,12 @@ import pytest
 from metaheuristics import Status
 from ocp_traj.robot import load_robot
 from ocp_traj.solve import SolveResult, solve
+from ocp_traj.solvers import Request
+from ocp_traj.solvers.account import Account
+from ocp_traj.solvers.gradient import Gradient
 from ocp_traj.task import CustomObjective, Limits, Objective, TrajectoryTask
+from ocp_traj.transcription.guess import initial_guess
+from ocp_traj.transcription.lifted import ExtraPoints
 
 POINTS = [[0.0, 0.0], [1.0, 0.5], [0.5, 1.0]]
 LIMITS = Limits(velocity=2.0, acceleration=4.0)
@@ -75,3 +80,19 @@ def test_a_gradient_solver_ends_with_the_status_and_files_tell_it(status: Status
 def test_a_failure_is_not_called_a_conflict() -> None:
     """The limits of this task can be kept, so no limit may be named."""
     assert failed().diagnosis == ""
+
+
+def test_a_failing_task_falls_back_on_the_motion_with_fewer_knots() -> None:
+    """Which it contains: the knots are inserted, the motion stays, and so does the failure's status."""
+    task = plain_task(virtual_knots=3)
+    solver, account = Gradient(), Account(Request(0, None, None, None, None))
+    nlp = solver._build(task, initial_guess(task), ExtraPoints(), None, account)
+    failed = Gradient(iterations=2)._call(nlp, account, warm=False, before=None)
+    assert failed.status is Status.BUDGET_EXHAUSTED
+    contained = solver._with_fewer_knots(task, account, failed)
+    assert contained is not None and contained.status is failed.status
+    assert "1 virtual knots" in contained.message
+    fewer = solve(task.changed(virtual_knots=1))
+    assert contained.trajectory.duration == pytest.approx(fewer.duration, rel=1e-6)
+    assert len(contained.trajectory.breakpoints) == 4 * task.gaps + 1
+    assert contained.violation.max() < 1e-6
