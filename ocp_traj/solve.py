@@ -202,11 +202,12 @@ def solve(
     """
     name = solver if isinstance(solver, str) else type(solver).__name__
     chosen = parse_solver(solver) if isinstance(solver, str) else solver
-    outcome = chosen.run(task, Request(seed, budget, time_limit, progress, warm_start))
-    result = judge(task, name, seed, outcome)
-    if chosen.kind in ("gradient", "hybrid") and _is_oversight(result):
+    request = Request(seed, budget, time_limit, progress, warm_start)
+    result = judge(task, name, seed, chosen.run(task, request))
+    rest = _rest_of(request, result)
+    if rest is not None and chosen.kind in ("gradient", "hybrid") and _is_oversight(result):
         last = chosen if chosen.kind == "gradient" else parse_solver("ipopt")
-        result = _solve_tighter(last, result, Request(seed, budget, time_limit, progress, result.trajectory))
+        result = _solve_tighter(last, result, rest)
     return result if warm_start is None else _no_worse(result, warm_start)
 
 
@@ -241,6 +242,16 @@ def _within_duration(task: TrajectoryTask, trajectory: Trajectory) -> Trajectory
     wanted = float(np.clip(trajectory.duration, low, high))
     miss = abs(wanted / trajectory.duration - 1.0)
     return trajectory.scaled(wanted / trajectory.duration) if 0.0 < miss < LARGEST_ROUNDING else trajectory
+
+
+def _rest_of(request: Request, result: SolveResult) -> Request | None:
+    """Return a request to go on from a result with what is left of budget and time; None where nothing is."""
+    spent = result.solution
+    budget = None if request.budget is None else request.budget - spent.evaluations
+    seconds = None if request.time_limit is None else request.time_limit - spent.build_time - spent.solve_time
+    if (budget is not None and budget <= 0) or (seconds is not None and seconds <= 0):
+        return None
+    return replace(request, budget=budget, time_limit=seconds, warm_start=result.trajectory)
 
 
 def _is_oversight(result: SolveResult) -> bool:

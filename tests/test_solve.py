@@ -158,3 +158,16 @@ def test_limits_are_drawn_in_but_not_beyond_the_waypoints():
     drawn_in = _tightened(TrajectoryTask([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]], limits), 0.1)
     np.testing.assert_allclose(drawn_in.position, [[[-0.795, -np.inf, -np.inf], [1.0, 1.8, np.inf]]])
     np.testing.assert_allclose(drawn_in.get("acceleration"), 3.6 * np.array([[[-1.0] * 3, [1.0] * 3]]))
+
+
+def test_a_second_solve_gets_what_is_left_of_budget_and_time():
+    from ocp_traj.solve import _rest_of
+
+    result = ot.solve(ot.load_case("fang-2020-task-1"))
+    spent = result.solution
+    rest = _rest_of(Request(3, spent.evaluations + 7, 1000.0), result)
+    assert rest.seed == 3 and rest.budget == 7 and rest.warm_start is result.trajectory
+    assert rest.time_limit == pytest.approx(1000.0 - spent.build_time - spent.solve_time)
+    assert _rest_of(Request(3, spent.evaluations), result) is None
+    assert _rest_of(Request(3, None, spent.solve_time), result) is None
+    assert _rest_of(Request(3), result).budget is None
