@@ -14,6 +14,7 @@ from metaheuristics.arrays import FloatArray, freeze, read_only
 from metaheuristics.bounds import BOUND_RULES, repair
 from metaheuristics.evaluation import Evaluation
 from metaheuristics.ordering import FeasibleFirst, Ordering
+from metaheuristics.settings import check_settings
 
 INITIAL_PHASE = -1
 """The phase of a state whose first candidates have not been evaluated yet."""
@@ -121,6 +122,7 @@ class Optimizer(ABC, Generic[StateT]):
     bounds: str = "clip"
 
     def __post_init__(self) -> None:
+        check_settings(type(self).__name__, type(self), self.__dict__)
         if self.population < self.minimum_population:
             raise ValueError(
                 f"The population of {type(self).__name__} is {self.population}, "
