@@ -27,6 +27,40 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 
+ROWS = "tests/transcription/test_mutants.py"
+POPULATION = "tests/transcription/test_mutants_condensed.py"
+LIFTED = (
+    ROWS,
+    "tests/transcription/test_lifted_derivatives.py::test_points_added_between_samples_have_right_derivatives_too",
+    "tests/transcription/test_lifted_derivatives.py::test_the_symbols_give_the_same_values_and_derivatives_as_the_ready_functions",
+)
+CONDENSED = (
+    POPULATION,
+    "tests/transcription/test_extrema.py",
+    *(
+        f"tests/transcription/test_condensed.py::test_{name}"
+        for name in (
+            "waypoints_on_a_position_limit_break_nothing",
+            "few_waypoints_agree_with_their_symbols",
+            "a_candidate_is_judged_the_same_in_any_population",
+            "evaluations_keep_their_numbers_when_others_follow",
+            "all_limits_friction_and_custom_functions_together_agree_with_their_symbols",
+            "a_wrong_encoding_or_extrema_is_refused",
+        )
+    ),
+    *(
+        f"tests/transcription/test_scaling.py::test_{name}"
+        for name in (
+            "bounds_of_durations_limit_the_scale",
+            "gravity_over_a_torque_limit_is_reported_at_any_speed",
+            "a_joint_that_must_not_move_is_reported_at_any_speed",
+            "what_does_not_scale_is_refused",
+            "the_smallest_scale_is_feasible_and_a_smaller_one_is_not",
+            "the_total_of_the_durations_does_not_matter",
+        )
+    ),
+)
+
 AREAS: dict[str, dict[str, tuple[str, ...]]] = {
     "audit": {
         f"ocp_traj/audit/{name}.py": (
@@ -34,9 +68,55 @@ AREAS: dict[str, dict[str, tuple[str, ...]]] = {
             "tests/audit/test_judge.py",
             "tests/audit/test_waypoints.py",
             "tests/audit/test_scale.py",
+            "tests/audit/test_torque.py",
+            "tests/audit/test_curves.py",
+            "tests/audit/test_chebyshev.py",
             "tests/audit/test_kinematics.py",
         )
-        for name in ("kinematics", "conditions", "scale", "verdict", "judge", "polynomials", "roots")
+        for name in (
+            "kinematics",
+            "conditions",
+            "scale",
+            "verdict",
+            "judge",
+            "polynomials",
+            "roots",
+            "motion",
+            "waypoints",
+            "chebyshev",
+            "torque",
+            "curves",
+        )
+    },
+    "constraints": {
+        **{
+            f"ocp_traj/transcription/{name}.py": LIFTED
+            for name in (
+                "kinematic_rows",
+                "instant_rows",
+                "state_bounds",
+                "layout",
+                "parts",
+                "chain",
+                "composed",
+                "samples",
+            )
+        },
+        **{
+            f"ocp_traj/transcription/{name}.py": CONDENSED
+            for name in ("blocks", "rows", "exact_rows", "extrema", "grid", "batch", "encoding", "scaling")
+        },
+        **{
+            f"ocp_traj/constraints/{name}.py": (ROWS, POPULATION)
+            for name in (
+                *("constraint", "position", "velocity", "acceleration", "jerk"),
+                *("torque", "torque_rate", "cartesian_speed", "custom"),
+            )
+        },
+        "ocp_traj/solvers/refinement.py": ("tests/solvers/test_refinement.py",),
+        "ocp_traj/nlp.py": (POPULATION, "tests/transcription/test_condensed.py"),
+        "ocp_traj/task.py": ("tests/test_task.py", ROWS, POPULATION, "tests/test_case_errors.py"),
+        "ocp_traj/case/limits.py": ("tests/test_case.py", "tests/test_case_errors.py"),
     },
     "metaheuristics": {
         "metaheuristics/particle_swarm.py": (
@@ -240,15 +320,11 @@ def preload(area: str) -> None:
     os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
     names = ["hypothesis", "numpy", "scipy.stats", "scipy.optimize", "scipy.interpolate", "pytest"]
     names += [f"_pytest.{name}" for name in default_plugins]
-    if area == "audit":
-        names += [
-            "casadi",
-            "pinocchio",
-            "ocp_traj.robot.inverse_dynamics",
-            "ocp_traj.robot.urdf",
-            "ocp_traj.task",
-        ]
+    if area != "metaheuristics":
+        names += ["casadi", "pinocchio", "ocp_traj.robot.inverse_dynamics", "ocp_traj.robot.urdf"]
         names += ["ocp_traj.robot.robot", "ocp_traj.robot.packaged", "ocp_traj.trajectory"]
+    if area == "audit":
+        names.append("ocp_traj.task")
     for name in names:
         importlib.import_module(name)
     early = {path.removesuffix(".py").replace("/", ".") for path in AREAS[area]} & set(sys.modules)
@@ -266,6 +342,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--seconds", type=float, default=120.0, help="processor time a mutant may take")
+    parser.add_argument("--modules", nargs="*", default=[], metavar="NAME", help="just these modules")
     parser.add_argument("--only", nargs="*", default=[], metavar="PATH:INDEX", help="just these mutants")
     parser.add_argument("--list", action="store_true", help="tell how many mutants there are and stop")
     parser.add_argument(
@@ -274,7 +351,11 @@ def main() -> int:
     options = parser.parse_args()
     os.chdir(ROOT)
     sys.path.insert(0, str(ROOT))
-    modules = AREAS[options.area]
+    modules = {
+        path: tests
+        for path, tests in AREAS[options.area].items()
+        if not options.modules or Path(path).stem in options.modules
+    }
     everything = [mutant for path in modules for mutant in find_mutants(path)]
     if options.list:
         for path, count in Counter(mutant.path for mutant in everything).items():
@@ -292,7 +373,10 @@ def report(
 ) -> int:
     """Run the chosen mutants and print every survivor and the counts."""
     preload(options.area)
-    tests = {path: [name for name in names if (ROOT / name).exists()] for path, names in modules.items()}
+    tests = {
+        path: [name for name in names if (ROOT / name.split("::")[0]).exists()]
+        for path, names in modules.items()
+    }
     for names in {tuple(names) for names in tests.values()}:
         passed, first = run_tests(list(names), None, 10 * options.seconds)
         if not passed:
