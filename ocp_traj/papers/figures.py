@@ -58,9 +58,13 @@ def convergence_figure(
     figure, axes = _figure(1, 1, 7, 4)
     axis = axes[0, 0]
     for label, (grid, values) in curves.items():
-        _band(axis, grid, np.maximum(100.0 * (values / best - 1.0), LEAST_SHOWN), label)
+        above = np.full_like(values, np.inf) if np.isinf(best) else 100.0 * (values / best - 1.0)
+        _band(axis, grid, np.maximum(above, LEAST_SHOWN), label)
     axis.set(xlabel="evaluations", ylabel=f"above the best of all runs ({best:.4g} {unit}), %", title=title)
-    axis.set(xscale="log", yscale="log")
+    if np.isinf(best):  # a logarithmic axis cannot be drawn without a number on it
+        axis.set(ylabel="no run is feasible")
+    else:
+        axis.set(xscale="log", yscale="log")
     axis.grid(alpha=0.3)
     axis.legend()
     return _save(figure, path)

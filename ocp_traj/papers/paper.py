@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +17,14 @@ if TYPE_CHECKING:
 
 MEASURED_SEEDS = 20
 """Seeds of a page that ranks methods."""
+
+
+@functools.cache
+def _load(case: str, overrides: tuple[str, ...]) -> TrajectoryTask:
+    """Read a packaged case once: a page asks for it hundreds of times, and nothing changes a task."""
+    from ocp_traj.case import load_case
+
+    return load_case(case, overrides)
 
 
 @dataclass(frozen=True)
@@ -92,9 +101,7 @@ class Paper(ABC):
 
     def task(self, overrides: tuple[str, ...] = ()) -> TrajectoryTask:
         """Return the paper's task."""
-        from ocp_traj.case import load_case
-
-        return load_case(self.case, overrides)
+        return _load(self.case, overrides)
 
     def experiments(self, reduced: bool) -> list[Experiment]:
         """Return the experiments; `reduced` shrinks budgets for tests and says so on the page."""

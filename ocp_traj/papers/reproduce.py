@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from ocp_traj.exceptions import InputError
 from ocp_traj.papers import PAPERS, get_paper
 from ocp_traj.papers.page import write_page, write_summary
 from ocp_traj.papers.paper import Paper
@@ -40,9 +41,27 @@ def reproduce(
     ------
     UnknownNameError
         There is no such paper.
+    InputError
+        The folder cannot be written.
     """
     papers = [get_paper(letter) for letter in dict.fromkeys(letter.upper() for letter in letters or PAPERS)]
     command = command_line([paper.key for paper in papers], seeds, reduced)
+    try:
+        return _write_all(papers, folder, command, seeds, reduced, jobs, progress)
+    except OSError as error:
+        raise InputError(f"cannot write into {folder}: {error.strerror or error}") from None
+
+
+def _write_all(
+    papers: Sequence[Paper],
+    folder: Path,
+    command: str,
+    seeds: int,
+    reduced: bool,
+    jobs: int,
+    progress: Callable[[str, int, int], object],
+) -> list[Path]:
+    (folder / "records").mkdir(parents=True, exist_ok=True)  # before hours of runs that could not be kept
     finished: list[tuple[Paper, Records]] = []
     pages = []
     for paper in papers:
