@@ -15,6 +15,8 @@ from ocp_traj.trajectory import Trajectory
 
 _SAME_TIME = 1e-9
 _SAMPLES = 16
+_HAIR = 1e-6
+_UNCLEAR = "the times at which the trajectory passes the waypoints cannot be told from its shape"
 
 
 def with_waypoint_times(task: TrajectoryTask, trajectory: Trajectory) -> Trajectory:
@@ -67,6 +69,8 @@ def _find(task: TrajectoryTask, trajectory: Trajectory) -> Array:
     previous: list[Array] = []
     for waypoint in task.waypoints[1:-1]:
         candidates = _nearest_times(trajectory, waypoint, grid, positions)
+        if not candidates.size:  # where positions are too large for floating-point numbers
+            raise InputError(_UNCLEAR)
         distance = np.square(trajectory(candidates) - waypoint).sum(axis=1)
         cost, before = _cheapest_before(found[-1], best, candidates)
         best = cost + distance
@@ -75,9 +79,7 @@ def _find(task: TrajectoryTask, trajectory: Trajectory) -> Array:
     _, last = _cheapest_before(found[-1], best, grid[-1:])
     chosen = int(last[0])
     if not np.isfinite(best[chosen]) or found[-1][chosen] >= grid[-1]:
-        raise InputError(
-            "the times at which the trajectory passes the waypoints cannot be told from its shape"
-        )
+        raise InputError(_UNCLEAR)
     times = [grid[-1]]
     for candidates, before in zip(reversed(found[1:]), reversed(previous), strict=True):
         times.append(candidates[chosen])
@@ -93,16 +95,19 @@ def _cheapest_before(times: Array, cost: Array, candidates: Array) -> tuple[Arra
 
 
 def _nearest_times(trajectory: Trajectory, waypoint: Array, grid: Array, positions: Array) -> Array:
-    """Return the interior times at which the distance to a waypoint has a local minimum, ascending."""
-    distance = np.square(positions - waypoint).sum(axis=1)
-    lowest = (distance[1:-1] <= distance[:-2]) & (distance[1:-1] <= distance[2:])
-    index = np.flatnonzero(lowest) + 1
+    """Return the times at which the distance to a waypoint has a local minimum, ascending."""
+    distance = np.pad(np.square(positions - waypoint).sum(axis=1), 1, constant_values=np.inf)
+    index = np.flatnonzero((distance[1:-1] <= distance[:-2]) & (distance[1:-1] <= distance[2:]))
 
     def slope(t: Array) -> tuple[Array, Array]:
         away, v, a = trajectory(t) - waypoint, trajectory(t, 1), trajectory(t, 2)
         return (away * v).sum(axis=1), (v * v + away * a).sum(axis=1)
 
-    left, right = grid[index - 1], grid[index + 1]
+    left, right = grid[np.maximum(index - 1, 0)], grid[np.minimum(index + 1, len(grid) - 1)]
+    # At rest no distance has a slope: look a hair nearer.
+    hair = _HAIR * (right - left)
+    left = np.where(slope(left)[0] == 0, left + hair, left)
+    right = np.where(slope(right)[0] == 0, right - hair, right)
     before, behind = slope(left)[0], slope(right)[0]
     turns = (before < 0) & (behind >= 0)
     times = grid[index].copy()

@@ -65,6 +65,7 @@ AREAS: dict[str, dict[str, tuple[str, ...]]] = {
     "audit": {
         f"ocp_traj/audit/{name}.py": (
             "tests/audit/test_mutants.py",
+            "tests/audit/test_mutants_conditions.py",
             "tests/audit/test_judge.py",
             "tests/audit/test_waypoints.py",
             "tests/audit/test_scale.py",
