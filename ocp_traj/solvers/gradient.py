@@ -36,6 +36,7 @@ from ocp_traj.transcription.condensed import CondensedNlp
 from ocp_traj.transcription.guess import initial_guess, insert_knots
 from ocp_traj.transcription.layout import Layout
 from ocp_traj.transcription.lifted import ExtraPoints, LiftedNlp
+from ocp_traj.transcription.samples import instant_of
 
 logger = logging.getLogger(__name__)
 
@@ -44,6 +45,9 @@ LOOSE = 1e-3
 
 CONFLICT = 1e-5
 """Limits that must be broken by more than this part are in conflict; less is a solver's rounding."""
+
+ROUGH_ROUNDS = 3
+"""Rounds of added points that are solved to `LOOSE` only: the next one moves the motion anyway."""
 
 RELAXATIONS = 3
 """Elastic phases at most, each with the points added since the one before."""
@@ -59,6 +63,11 @@ DOUBTS = 2
 
 CONDENSED_SAMPLES, MOST_SAMPLES = 16, 100
 """Samples a gap of the condensed form at first, and from when on they are not doubled any more."""
+
+GAPS_ALONE = 5
+"""From more gaps than this on the cost is scaled with their number, as a barrier's weight grows with it."""
+
+NO_POINTS = ExtraPoints()
 
 WIDE = 1e3
 """Durations may be this much shorter or longer than in the guess: the search box binds population methods only."""
@@ -165,7 +174,7 @@ class Gradient(Solver):
 
     def _refuse(self, task: TrajectoryTask, account: Account, conflict: str) -> Outcome:
         """Return the outcome of a task that cannot have a solution."""
-        nlp = self._build(task, initial_guess(task), ExtraPoints(), None, account)
+        nlp = self._build(task, initial_guess(task), account)
         nothing = np.full(len(nlp.g_lower), np.inf)
         solution = account.solution(
             nlp, nlp.guess, np.inf, nothing, Status.INFEASIBLE, "No motion is possible."
@@ -221,7 +230,7 @@ class Gradient(Solver):
             answer = self._attempt(smaller, None, account, continued=knots > 0)
             if answer.solved:
                 motion = fit_guess(task, answer.trajectory)
-                nlp = self._build(task, motion, ExtraPoints(), None, account)
+                nlp = self._build(task, motion, account)
                 assert isinstance(nlp, LiftedNlp)
                 message = (
                     f"{failed.message}; the motion is the best one found with {knots} virtual knots a gap, "
@@ -285,24 +294,48 @@ class Gradient(Solver):
             for knots in continuation(task.family, task.virtual_knots)[:-1]:
                 guess = self._solve_few_knots(task, knots, guess, account)
         start = initial_guess(task) if guess is None else fit_guess(task, guess)
-        extra, answer, layout, samples = ExtraPoints(), None, None, 0
+        rough = min(ROUGH_ROUNDS, self.rounds) if self._starts_roughly(task) else 0
+        return self._refine(task, start, account, warm=guess is not None, rough=rough)
+
+    def _refine(
+        self, task: TrajectoryTask, start: Trajectory, account: Account, *, warm: bool, rough: int
+    ) -> Answer:
+        """Solve, add what is found broken and solve again; the first `rough` rounds to `LOOSE` only.
+
+        When a round fails after loose ones, all is done again without those.
+        """
+        extra, samples, answer, loose = ExtraPoints(), 0, None, False
+        nlp = self._build(task, start, account)
         for _ in range(self.rounds + 1):
-            nlp = self._build(task, start, extra, layout, account, samples)
-            found = self._call(nlp, account, warm=guess is not None, before=answer)
+            solver = replace(self, tolerance=max(LOOSE, self.tolerance)) if rough else self
+            found = solver._call(nlp, account, warm=warm, before=answer)
             if not found.solved:
-                usable = answer is not None and _can_be_mended(task, answer.trajectory)
-                return replace(answer, message=found.message) if usable and answer is not None else found
-            answer, layout = found, nlp.layout if isinstance(nlp, LiftedNlp) else None
+                if loose and not account.exhausted():  # a motion that is only nearly the best is no answer
+                    return self._refine(task, start, account, warm=warm, rough=0)
+                if answer is None or not _can_be_mended(task, answer.trajectory):
+                    return found
+                return replace(answer, message=found.message, status=found.status if loose else answer.status)
+            answer, loose = found, rough > 0
+            layout = nlp.layout if isinstance(nlp, LiftedNlp) else None
             moving = np.arange(task.n) if layout is None else layout.moving
             broken = broken_points(task, answer.trajectory, moving, compiled=self.compiled)
             fresh = broken if layout is None else new_points(extra, broken)
-            if not fresh or samples > MOST_SAMPLES:
+            if fresh and samples <= MOST_SAMPLES:
+                if layout is None:  # the condensed form takes no points, so take more samples everywhere
+                    samples = 2 * max(samples, CONDENSED_SAMPLES)
+                extra, rough = extra.joined(fresh), max(0, rough - 1)
+                nlp = self._build(task, answer.trajectory, account, extra, layout, samples)
+            elif rough:
+                rough = 0
+            else:
                 return answer
-            if layout is None:  # the condensed form takes no points, so take more samples everywhere
-                samples = 2 * max(samples, CONDENSED_SAMPLES)
-            extra, start = extra.joined(fresh), answer.trajectory
         assert answer is not None
         return answer
+
+    def _starts_roughly(self, task: TrajectoryTask) -> bool:
+        """Return whether the first rounds of added points are solved to `LOOSE` only."""
+        follows = plugin_named(self.plugin).takes_multipliers and get_family(task.family).takes_virtual_knots
+        return follows and bool(instant_of(task).constraints)
 
     def _solve_few_knots(
         self, task: TrajectoryTask, knots: int, guess: Trajectory | None, account: Account
@@ -313,7 +346,7 @@ class Gradient(Solver):
         except TaskError:  # too few knots for the boundary conditions
             return guess
         start = initial_guess(stage) if guess is None else fit_guess(stage, guess)
-        nlp = self._build(stage, start, ExtraPoints(), None, account)
+        nlp = self._build(stage, start, account)
         loose = replace(self, tolerance=max(LOOSE, self.tolerance), iterations=min(100, self.iterations))
         answer = loose._call(nlp, account, warm=guess is not None, before=None)
         return answer.trajectory if answer.solved else guess
@@ -322,9 +355,9 @@ class Gradient(Solver):
         self,
         task: TrajectoryTask,
         guess: Trajectory,
-        extra: ExtraPoints,
-        layout: Layout | None,
         account: Account,
+        extra: ExtraPoints = NO_POINTS,
+        layout: Layout | None = None,
         samples: int = 0,
     ) -> Nlp:
         """Return the lifted form, or the condensed one of families that have no other."""
@@ -361,7 +394,7 @@ class Gradient(Solver):
             account.seconds_left(),
             warm or before is not None,
             dual,
-            1.0 / max(abs(_cost(nlp)), 1e-300),
+            max(1.0, (nlp.task.gaps - GAPS_ALONE) / 2) / max(abs(_cost(nlp)), 1e-300),
             exact,
         )
         quiet = {"print_time": False, "error_on_fail": False, "show_eval_warnings": False}

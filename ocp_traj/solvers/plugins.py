@@ -28,7 +28,7 @@ class Stage:
     dual : bool
         Multipliers come with it.
     cost_scale : float
-        One over the size of the cost.
+        One over the size of the cost, more for many gaps.
     exact : bool
         Use the exact Hessian, else an approximation by gradients.
     """

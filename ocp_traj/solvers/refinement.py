@@ -36,8 +36,11 @@ EIGHTHS = tuple(k / 8 for k in range(1, 8))
 HALVING = tuple(k / 16 for k in range(1, 16, 2))
 """Fractions of a segment: where to look first, and half-way between."""
 
-ASIDE = 0.1
-"""Twice the distance of the points beside a peak from it, in segments, where no point is nearer."""
+ASIDE, BESIDE = 0.1, (0.5,)
+"""Distance assumed of the nearest point where there is none, in segments; parts of it for the points beside a peak."""
+
+CLOSING = (0.5, 0.125)
+"""The same for a wandering peak: bisecting its place would take a round for every bit."""
 
 CLOSE = 1e-5
 """Points nearer than this to one that is there, in segments, add nothing."""
@@ -170,20 +173,27 @@ def new_points(known: ExtraPoints, found: ExtraPoints) -> ExtraPoints:
     derivatives = []
     for point in found.derivatives:
         spread: tuple[float, ...] = ()
-        if point[0] == 0 or point[:-1] in wandering:
-            spread = HALVING if point[:-1] in wandering else EIGHTHS
+        if point[:-1] in wandering:
+            spread = HALVING + _around(point, known.derivatives, CLOSING)
+        elif point[0] == 0:
+            spread = EIGHTHS
         for candidate in (point, *((*point[:-1], fraction) for fraction in spread)):
             if not _is_near(candidate, known.derivatives) and candidate not in derivatives:
                 derivatives.append(candidate)
     instants: list[tuple[int, float]] = []
-    for segment, fraction in found.instants:
-        before = [abs(other - fraction) for where, other in known.instants if where == segment]
-        around = min(before, default=ASIDE) / 2
-        for place in (fraction, fraction - around, fraction + around):
-            instant = segment, round(min(max(place, 0.0), 1.0), 6)
+    for peak in found.instants:
+        for place in (peak[-1], *_around(peak, known.instants, BESIDE)):
+            instant = peak[0], round(place, 6)
             if not _is_near(instant, known.instants) and instant not in instants:
                 instants.append(instant)
     return ExtraPoints(tuple(derivatives), tuple(instants))
+
+
+def _around(point: Any, known: Any, parts: tuple[float, ...]) -> tuple[float, ...]:
+    """Return fractions on both sides of a point, at parts of its distance to the nearest known one."""
+    nearest = min((abs(other[-1] - point[-1]) for other in known if other[:-1] == point[:-1]), default=ASIDE)
+    places = [point[-1] + sign * part * nearest for part in parts for sign in (-1, 1)]
+    return tuple(min(max(place, 0.0), 1.0) for place in places)
 
 
 def _is_near(point: Any, known: Any) -> bool:

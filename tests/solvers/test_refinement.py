@@ -199,13 +199,18 @@ def test_positions_get_points_all_over_the_segment_and_again_half_way_between() 
     first = new_points(ExtraPoints(), ExtraPoints(((0, 3, 1, 0.3),))).derivatives
     assert first == ((0, 3, 1, 0.3), *[(0, 3, 1, fraction) for fraction in eighths])
     second = new_points(ExtraPoints(first), ExtraPoints(((0, 3, 1, 0.31),))).derivatives
-    assert second == ((0, 3, 1, 0.31), *[(0, 3, 1, k / 16) for k in range(1, 16, 2)])
+    halving = [(0, 3, 1, k / 16) for k in range(1, 16, 2)]
+    assert second[:9] == ((0, 3, 1, 0.31), *halving)
+    closing = [0.305, 0.315, 0.30875, 0.31125]  # halves and eighths of the distance to the nearest, 0.3
+    assert [fraction for *_, fraction in second[9:]] == pytest.approx(closing)
 
 
 def test_other_limits_get_them_when_their_peaks_wander() -> None:
     known = ExtraPoints(((2, 3, 1, 0.3), (2, 4, 1, 0.3)))
     found = new_points(known, ExtraPoints(((2, 3, 1, 0.4), (2, 3, 0, 0.7)))).derivatives
-    assert found == ((2, 3, 1, 0.4), *[(2, 3, 1, k / 16) for k in range(1, 16, 2)], (2, 3, 0, 0.7))
+    assert found[:9] == ((2, 3, 1, 0.4), *[(2, 3, 1, k / 16) for k in range(1, 16, 2)])
+    assert [fraction for *_, fraction in found[9:13]] == pytest.approx([0.35, 0.45, 0.3875, 0.4125])
+    assert found[13:] == ((2, 3, 0, 0.7),)
 
 
 def test_instants_get_points_on_both_sides_nearer_where_there_are_neighbours() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -9,14 +10,14 @@ import numpy as np
 import pytest
 
 from metaheuristics import Status
+from ocp_traj.case import load_case
 from ocp_traj.robot import load_robot
 from ocp_traj.solve import SolveResult, solve
 from ocp_traj.solvers import Request
 from ocp_traj.solvers.account import Account
-from ocp_traj.solvers.gradient import Gradient
+from ocp_traj.solvers.gradient import LOOSE, Gradient
 from ocp_traj.task import CustomObjective, Limits, Objective, TrajectoryTask
 from ocp_traj.transcription.guess import initial_guess
-from ocp_traj.transcription.lifted import ExtraPoints
 
 POINTS = [[0.0, 0.0], [1.0, 0.5], [0.5, 1.0]]
 LIMITS = Limits(velocity=2.0, acceleration=4.0)
@@ -86,7 +87,7 @@ def test_a_failing_task_falls_back_on_the_motion_with_fewer_knots() -> None:
     """Which it contains: the knots are inserted, the motion stays, and so does the failure's status."""
     task = plain_task(virtual_knots=3)
     solver, account = Gradient(), Account(Request(0, None, None, None, None))
-    nlp = solver._build(task, initial_guess(task), ExtraPoints(), None, account)
+    nlp = solver._build(task, initial_guess(task), account)
     failed = Gradient(iterations=2)._call(nlp, account, warm=False, before=None)
     assert failed.status is Status.BUDGET_EXHAUSTED
     contained = solver._with_fewer_knots(task, account, failed)
@@ -96,3 +97,44 @@ def test_a_failing_task_falls_back_on_the_motion_with_fewer_knots() -> None:
     assert contained.trajectory.duration == pytest.approx(fewer.duration, rel=1e-6)
     assert len(contained.trajectory.breakpoints) == 4 * task.gaps + 1
     assert contained.violation.max() < 1e-6
+
+
+def weak_arm() -> TrajectoryTask:
+    """Return a task whose torque limits need points between the first samples."""
+    return load_case("ur5-torque-limited", ["spline.virtual_knots=0"])
+
+
+def test_rounds_of_added_points_are_rough_at_first_and_the_last_one_is_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    tolerances: list[float] = []
+    call = Gradient._call
+
+    def noted(solver: Gradient, *args: Any, **more: Any) -> Any:
+        tolerances.append(solver.tolerance)
+        return call(solver, *args, **more)
+
+    monkeypatch.setattr(Gradient, "_call", noted)
+    result = solve(weak_arm())
+    assert result.feasible
+    assert tolerances[:2] == [LOOSE, LOOSE]
+    assert tolerances[-1] == Gradient().tolerance
+    tolerances.clear()
+    assert solve(plain_task()).feasible  # nothing to sample, nothing to do roughly
+    assert set(tolerances) == {Gradient().tolerance}
+
+
+def test_a_failure_after_a_rough_round_starts_again_without_those(monkeypatch: pytest.MonkeyPatch) -> None:
+    tolerances: list[float] = []
+    call = Gradient._call
+
+    def second_fails(solver: Gradient, *args: Any, **more: Any) -> Any:
+        tolerances.append(solver.tolerance)
+        answer = call(solver, *args, **more)
+        return replace(answer, status=Status.FAILED) if len(tolerances) == 2 else answer
+
+    monkeypatch.setattr(Gradient, "_call", second_fails)
+    result = solve(weak_arm())
+    assert tolerances[:2] == [LOOSE, LOOSE] and set(tolerances[2:]) == {Gradient().tolerance}
+    assert result.feasible and result.solution.status is Status.CONVERGED
+    assert result.duration == pytest.approx(solve(weak_arm()).duration, rel=1e-5)
