@@ -136,6 +136,42 @@ def test_single_gaps_have_limits_of_their_own() -> None:
     assert ot.task_digest(read(dumps(task))) == ot.task_digest(task)
 
 
+def test_a_gap_s_limit_leaves_the_other_gaps_to_the_robot_if_it_has_one() -> None:
+    robot = '[robot]\nmodel = "ur5"\n'
+    rows = "[[0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.1, 0.1, 0.1, 0.1, 0.1, 0.1], [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]]"
+    head = f'schema = 1\nname = "small"\n{robot}[waypoints]\njoints = {rows}\n[limits]\n'
+    task = read(head + "[[limits.gaps]]\ngap = 1\ntorque = 20.0\nacceleration = 3.0\nvelocity = 0.5\n")
+    for name, default in (("torque", task.robot.torque_limits), ("velocity", task.robot.velocity_limits)):
+        np.testing.assert_array_equal(task.limits.get(name)[1], default)
+    assert task.limits.get("torque")[0].tolist() == [[-20.0] * 6, [20.0] * 6]
+    assert task.limits.get("velocity")[0].tolist() == [[-0.5] * 6, [0.5] * 6]
+    np.testing.assert_array_equal(task.limits.get("acceleration")[:, 1], [[3.0] * 6, [np.inf] * 6])
+    bare = read(SMALL.replace("velocity = 1.0", "[[limits.gaps]]\ngap = 1\nvelocity = 0.5"))
+    np.testing.assert_array_equal(bare.limits.get("velocity")[:, 0], [[-0.5] * 2, [-np.inf] * 2])
+
+
+@pytest.mark.parametrize(
+    ("line", "problem"),
+    [
+        ("velocity = [[-1.0, 2.0], [1.0, 1.0]]", "the lower limit of joint 2, 2, is above its upper, 1"),
+        ("velocity = [[1.0, 2.0], [1.0, 1.0]]", "the lower limit of joint 2, 2, is above its upper, 1"),
+        ("velocity = [[2.0, 1.0], [1.0, 1.0]]", "the lower limit of joint 1, 2, is above its upper, 1"),
+        ("velocity = [1.0, -2.0]", "-2 given, expected a limit of 0 or more"),
+        (
+            "position = [[inf, -1.0], [inf, 2.0]]",
+            "a lower limit of inf or an upper one of -inf leaves nothing",
+        ),
+        (
+            "position = [[-inf, -1.0], [-inf, 2.0]]",
+            "a lower limit of inf or an upper one of -inf leaves nothing",
+        ),
+    ],
+)
+def test_sides_of_limits_that_leave_nothing_are_refused(line: str, problem: str) -> None:
+    with pytest.raises(ot.CaseError, match=problem):
+        read(SMALL.replace("velocity = 1.0", line))
+
+
 def test_tolerances_duration_bounds_and_moving_ends_are_read_and_written() -> None:
     text = SMALL.replace("joints", "tolerance = 0.01\njoints") + (
         "[boundary]\nunit = 'deg'\nvelocity = [[0, 90], [0, 0]]\nacceleration = 'zero'\njerk = 'free'\n"

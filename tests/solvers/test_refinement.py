@@ -132,6 +132,28 @@ def test_what_is_over_by_less_than_the_tolerance_is_left_alone(part: float, foun
         assert point[3] == pytest.approx(0.5, abs=1e-6)
 
 
+@pytest.mark.parametrize(("part", "found"), [(2e-7, True), (0.5e-7, False)])
+@pytest.mark.parametrize("size", [1e-3, 1e3])
+def test_the_tolerance_is_a_part_of_the_limit(size: float, part: float, found: bool) -> None:
+    coefficients = size * np.array([[[0.0, 0.0, 3.0, -2.0, 0.0, 0.0]]])
+    velocity = np.array([[-0.5], [1.5 / (1 + part)]]) * size
+    task = TrajectoryTask([[0.0], [size]], Limits(velocity=velocity), family="quintic")
+    points = broken_points(task, Trajectory([0.0, 1.0], coefficients, [0.0, 1.0]), np.array([0])).derivatives
+    assert len(points) == found
+
+
+@pytest.mark.parametrize(("start", "rate"), [(0.0, 1.0), (1.0, -1.0)])
+@pytest.mark.parametrize(("limit", "found"), [(1.001, False), (0.999, True)])
+def test_nothing_outside_a_segment_counts(start: float, rate: float, limit: float, found: bool) -> None:
+    """The velocity is largest at an end of the motion and would go on growing beyond."""
+    coefficients = [[[0.0, start, rate / 2, 0.0, 0.0, 0.0]]]
+    motion = Trajectory([0.0, 1.0], coefficients, [0.0, 1.0])
+    ends = Boundary([[start], [start + rate]])
+    task = TrajectoryTask([[0.0], [0.5]], Limits(velocity=limit), family="quintic", boundary=ends)
+    points = broken_points(task, motion, np.array([0])).derivatives
+    assert points == (((1, 0, 0, start + rate),) if found else ())
+
+
 def test_a_peak_between_two_samples_that_keep_the_limit_is_found() -> None:
     """The peak lies about half-way between two of the samples, both of which are below the limit."""
     count = refinement.DENSE

@@ -18,6 +18,8 @@ from row_oracle import (
     ORDERS,
     WAYPOINTS,
     Motion,
+    custom_function,
+    custom_values,
     instant_limits,
     larger_finite,
     make_arm,
@@ -27,7 +29,15 @@ from row_oracle import (
     unconnected,
 )
 
-from ocp_traj.task import Boundary, CustomObjective, Limits, Motor, Objective, TrajectoryTask
+from ocp_traj.task import (
+    Boundary,
+    CustomConstraint,
+    CustomObjective,
+    Limits,
+    Motor,
+    Objective,
+    TrajectoryTask,
+)
 from ocp_traj.transcription import initial_guess
 from ocp_traj.transcription.lifted import ExtraPoints, LiftedNlp
 
@@ -441,7 +451,7 @@ def test_squared_derivatives_are_integrated_exactly(arm: Any, family: str, knots
 
 def test_units_are_travel_and_limits_or_what_the_guess_needs(arm: Any) -> None:
     waypoints = np.array([[0.0, 0.2, 1e-5], [0.5, 0.2, 0.0], [-0.4, 0.2, 0.0], [0.3, 0.2, 0.0]])
-    velocity = [[-1.5, -0.7, -1e6], [1.0, 0.5, 2.0]]
+    velocity = [[-1.5, -0.5, -1e6], [1.0, 0.7, 2.0]]
     limits = Limits(velocity=velocity, acceleration=[np.inf, 0.3, 3.0], jerk=[1.0, np.inf, 1e9], torque=50.0)
     task = make_task(arm, "quintic", 1, waypoints=waypoints, limits=limits, constraints=())
     guess = initial_guess(task, np.array([0.5, 0.8, 0.7]))
@@ -457,3 +467,19 @@ def test_units_are_travel_and_limits_or_what_the_guess_needs(arm: Any) -> None:
     units[2, 2] = 3.0 if 100 * needs[1, 2] > 3.0 else needs[1, 2]
     assert 100 * needs[0, 2] < 1e6  # and 100 * needs[2, 2] < 1e9: limits that far away are no units
     np.testing.assert_allclose(layout.state_scales, units, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("lower", "upper"), [(0.0, np.inf), (-np.inf, 0.0), (0.0, 0.0)])
+def test_a_limit_of_zero_is_no_unit(arm: Any, lower: float, upper: float) -> None:
+    own = CustomConstraint("own", custom_function(), lower, upper)
+    task = make_task(arm, "cubic", limits=Limits(torque=np.inf), constraints=(own,), objective=Objective())
+    nlp = LiftedNlp(task, initial_guess(task), SAMPLES, ExtraPoints())
+    _, motion = states_near(np.random.default_rng(5), 3, GAPS)
+    rows: list[Row] = []
+    for segment, fraction in [
+        *[(s, k / SAMPLES) for s in range(GAPS) for k in range(SAMPLES)],
+        (GAPS - 1, 1.0),
+    ]:
+        values = custom_values(arm, *motion.state(segment, fraction))
+        rows += [("custom", -1, segment, fraction, value, lower, upper) for value in values]
+    compare([row for row in told_rows(nlp, variables(nlp, motion)) if row[0] == "custom"], rows)
