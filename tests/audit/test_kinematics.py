@@ -87,8 +87,10 @@ def test_extrema_agree_with_brute_force(block: int) -> None:
         compare_with_brute_force(random_motion(rng), 10.0 ** rng.uniform(-6, 5), rng)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("block", range(20))
+@pytest.mark.parametrize(
+    "block",
+    [pytest.param(block, marks=pytest.mark.slow if block < 8 else pytest.mark.long) for block in range(20)],
+)
 def test_extrema_agree_with_brute_force_on_ten_thousand_splines(block: int) -> None:
     rng = np.random.default_rng(1000 + block)
     for _ in range(500):

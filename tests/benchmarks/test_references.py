@@ -22,7 +22,7 @@ from ocp_traj.references import (
 from ocp_traj.robot import load_robot
 from ocp_traj.task import Limits, TrajectoryTask
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 KINEMATIC = (
     "machines-2024-490",

@@ -42,8 +42,15 @@ def test_random_two_point_motions_match_the_proved_optimum(moving: bool) -> None
     assert above.min() >= -SHORTER and above.max() <= LONGER
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("moving", "count"), [(False, 500), (True, 200)], ids=["at rest", "ends that move"])
+@pytest.mark.parametrize(
+    ("moving", "count"),
+    [
+        pytest.param(False, 50, marks=pytest.mark.slow, id="some at rest"),
+        pytest.param(True, 20, marks=pytest.mark.slow, id="some with ends that move"),
+        pytest.param(False, 500, marks=pytest.mark.long, id="at rest"),
+        pytest.param(True, 200, marks=pytest.mark.long, id="ends that move"),
+    ],
+)
 def test_hundreds_of_two_point_motions_match_the_proved_optimum(moving: bool, count: int) -> None:
     above = gaps(0 if not moving else 1, count, moving=moving)
     quantiles = np.quantile(above, [0.0, 0.5, 0.9, 0.99, 1.0])

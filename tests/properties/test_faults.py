@@ -49,11 +49,20 @@ def limit_files() -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, (9_000, 9_000))
 
 
-def run(folder: Path, prepare=None) -> subprocess.CompletedProcess[str]:
+def run(folder: Path, prepare=None, output: str = "out") -> subprocess.CompletedProcess[str]:
     (folder / "tiny.toml").write_text(CASE)
-    command = [sys.executable, "-c", "from ocp_traj.cli.main import main; main()", *ARGUMENTS]
+    arguments = [*ARGUMENTS[:-1], output]
+    command = [sys.executable, "-c", "from ocp_traj.cli.main import main; main()", *arguments]
+    # coverage of subprocesses would fill the disk too, and complain
+    env = {name: value for name, value in os.environ.items() if name != "COVERAGE_PROCESS_CONFIG"}
     return subprocess.run(
-        command, cwd=folder, capture_output=True, text=True, preexec_fn=prepare, timeout=300
+        command,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        preexec_fn=prepare,
+        timeout=300,
+        env=env if prepare else None,
     )
 
 
@@ -99,13 +108,33 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path):
     assert "out" in refused.stderr
 
 
-def test_an_output_that_is_a_file_is_named(tmp_path):
+@pytest.mark.parametrize("output", ["out", "out/below", "/proc/below", "/sys/below"])
+def test_a_folder_not_even_root_can_write_is_named(tmp_path, output):
+    """A file is in the way, or the file system takes no folder."""
     (tmp_path / "out").write_text("in the way")
-    refused = run(tmp_path)
+    refused = run(tmp_path, output=output)
     assert refused.returncode == 2
-    assert "out" in refused.stderr
-    assert "Traceback" not in refused.stderr
+    sentence = refused.stderr.removeprefix("ocp-traj: ").splitlines()
+    assert len(sentence) == 1 and output in sentence[0]
     assert (tmp_path / "out").read_text() == "in the way"
+
+
+@pytest.mark.parametrize("error", [PermissionError(13, "Permission denied"), OSError(28, "No space left")])
+def test_a_folder_that_stops_taking_files_is_named(tmp_path, monkeypatch, capsys, error):
+    """The same refusals as from a folder without rights, or a full disk: for root too."""
+    from ocp_traj.cli.main import run as run_here
+
+    def refuse(path, *arguments, **settings):
+        if os.fspath(path).endswith(".lock"):
+            raise error
+        return opened(path, *arguments, **settings)
+
+    opened = os.open
+    monkeypatch.setattr(os, "open", refuse)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tiny.toml").write_text(CASE)
+    assert run_here(ARGUMENTS) == 2
+    assert capsys.readouterr().err == f"ocp-traj: cannot write into out: {error.strerror}\n"
 
 
 def test_a_clock_that_goes_backwards_does_not_stop_a_time_limit(monkeypatch):

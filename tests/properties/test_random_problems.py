@@ -10,7 +10,7 @@ from random_problems import RandomProblem, random_problem
 from ocp_traj.exceptions import TaskError
 from ocp_traj.solve import solve
 
-FEW, MANY = 10, 1000
+FEW, SOME, MANY = 10, 30, 1000
 SOLVED = 0.99
 """Part of the problems with a motion that has to be solved."""
 
@@ -53,9 +53,13 @@ def test_few_random_problems() -> None:
     assert counts["unsolved"] == 0 and counts["solved"] >= FEW // 2
 
 
-@pytest.mark.slow
-def test_many_random_problems() -> None:
-    counts = count_outcomes(range(MANY))
+@pytest.mark.parametrize(
+    "seeds",
+    [pytest.param(range(SOME), marks=pytest.mark.slow), pytest.param(range(MANY), marks=pytest.mark.long)],
+    ids=["some", "many"],
+)
+def test_many_random_problems(seeds: range) -> None:
+    counts = count_outcomes(seeds)
     print(counts)
-    assert counts["explained"] >= MANY // 20
+    assert counts["explained"] >= len(seeds) // 20
     assert counts["solved"] >= SOLVED * (counts["solved"] + counts["unsolved"])

@@ -221,10 +221,7 @@ def test_an_added_torque_limit_never_shortens_the_motion(seed, share):
     check_added_torque_limit(seed, share)
 
 
-@pytest.mark.slow
-@given(SEEDS, st.floats(0.05, 1.0), st.floats(0.1, 10.0), st.sampled_from([0.0, 1.0, 10.0]))
-@examples(300)
-def test_all_of_this_holds_for_hundreds_of_chains(seed, share, factor, friction):
+def check_all_of_this(seed, share, factor, friction):
     check_time_scaling(seed, factor)
     check_reversed_time(seed, share)
     check_mirrored_joints(seed)
@@ -232,8 +229,16 @@ def test_all_of_this_holds_for_hundreds_of_chains(seed, share, factor, friction)
     check_too_weak_to_stand(seed)
 
 
-@pytest.mark.slow
-@given(SEEDS, st.floats(0.2, 1.0))
-@examples(60)
-def test_added_torque_limits_never_shorten_many_motions(seed, share):
-    check_added_torque_limit(seed, share)
+@pytest.mark.parametrize(
+    "count", [pytest.param(100, marks=pytest.mark.slow), pytest.param(300, marks=pytest.mark.long)]
+)
+def test_all_of_this_holds_for_many_chains(count):
+    drawn = given(SEEDS, st.floats(0.05, 1.0), st.floats(0.1, 10.0), st.sampled_from([0.0, 1.0, 10.0]))
+    examples(count)(drawn(check_all_of_this))()
+
+
+@pytest.mark.parametrize(
+    "count", [pytest.param(6, marks=pytest.mark.slow), pytest.param(60, marks=pytest.mark.long)]
+)
+def test_added_torque_limits_never_shorten_many_motions(count):
+    examples(count)(given(SEEDS, st.floats(0.2, 1.0))(check_added_torque_limit))()

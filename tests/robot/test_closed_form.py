@@ -124,13 +124,15 @@ def test_branches_are_complete(arm: ClosedForm) -> None:
     assert seen > 16  # the oracle is no straw man: it finds most branches of four poses
 
 
-@pytest.mark.slow
-def test_branches_of_1000_poses_are_complete(arm: ClosedForm) -> None:
-    """Of 1000 poses, too, with fewer starts each: nothing foreign is found, and most branches are."""
+@pytest.mark.parametrize(
+    "poses", [pytest.param(100, marks=pytest.mark.slow), pytest.param(1000, marks=pytest.mark.long)]
+)
+def test_branches_of_many_poses_are_complete(arm: ClosedForm, poses: int) -> None:
+    """Of many poses, too, with fewer starts each: nothing foreign is found, and most branches are."""
     free = replace(arm.robot, position_limits=np.array([[-np.inf] * 6, [np.inf] * 6]))
     numeric = DampedLeastSquares(free, starts=16, iterations=40)
     branches = seen = 0
-    for q in random_positions(1000, seed=7):
+    for q in random_positions(poses, seed=7):
         pose = arm.robot.pose(q)
         expected, found = arm.solve(pose), numeric.solve(pose)
         distance = np.abs(wrap(found[:, None] - expected[None])).max(axis=-1)

@@ -100,13 +100,15 @@ def test_damped_least_squares_closes_to_1e_9_for_reachable_poses(name: str) -> N
         assert np.all(end.q >= robot.position_limits[0]) and np.all(end.q <= robot.position_limits[1])
 
 
-@pytest.mark.slow
+@pytest.mark.parametrize(
+    "poses", [pytest.param(100, marks=pytest.mark.slow), pytest.param(1000, marks=pytest.mark.long)]
+)
 @pytest.mark.parametrize("name", [name for name in robot_names() if load_robot(name).n != 2])
-def test_1000_reachable_poses_of_every_robot_close_to_1e_9(name: str) -> None:
+def test_many_reachable_poses_of_every_robot_close_to_1e_9(name: str, poses: int) -> None:
     robot = load_robot(name)
     inverse = DampedLeastSquares(robot)
     lower, upper = (np.clip(limit, -np.pi, np.pi) for limit in robot.position_limits)
-    for q in np.random.default_rng(2).uniform(lower, upper, (1000, robot.n)):
+    for q in np.random.default_rng(2).uniform(lower, upper, (poses, robot.n)):
         pose = robot.pose(q)
         starts = inverse.start_positions(200)
         end = next(end for end in (inverse.descend(pose, start) for start in starts) if end.converged)
