@@ -27,6 +27,7 @@ from row_oracle import (
 from scipy.interpolate import PPoly
 
 from ocp_traj.task import Boundary, CustomConstraint, Limits, Motor, Objective, TrajectoryTask
+from ocp_traj.transcription.blocks import Block
 from ocp_traj.transcription.condensed import CondensedNlp
 
 SAMPLES = 6
@@ -328,6 +329,15 @@ def test_costs_of_populations_are_integrals_of_what_pinocchio_says(
             # Simpson's rule, exact for the square of a cubic's acceleration
             total += 0.3 * h / 12 * np.dot([1.0, 4.0, 2.0, 4.0, 1.0], values)
         assert cost == pytest.approx(total, rel=1e-9)
+
+
+def test_whatever_is_over_a_limit_of_zero_is_infinitely_over() -> None:
+    values = np.array([[[0.0, 0.5, -0.5, 1e-3]]])
+    symmetric, one_sided = (
+        Block.of("velocity", [0], np.array([[[lower], [0.0]]]), (0.0,), 1) for lower in (0.0, -2.0)
+    )
+    assert symmetric.ratio(0, values).tolist() == [0.0, np.inf, np.inf, np.inf]
+    assert one_sided.ratio(0, values).tolist() == [0.0, np.inf, 0.25, np.inf]
 
 
 def test_segments_are_grouped_by_their_degree() -> None:
