@@ -38,6 +38,7 @@ ARGUMENTS = [
     "2",
     "--budget",
     "60",
+    "--no-references",
     "--output",
     "out",
 ]
@@ -108,9 +109,9 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path):
     assert "out" in refused.stderr
 
 
-@pytest.mark.parametrize("output", ["out", "out/below", "/proc/below", "/sys/below"])
+@pytest.mark.parametrize("output", ["out", "out/below", "/proc/below"])
 def test_a_folder_not_even_root_can_write_is_named(tmp_path, output):
-    """A file is in the way, or the file system takes no folder."""
+    """A file is in the way, or the file system takes no folders."""
     (tmp_path / "out").write_text("in the way")
     refused = run(tmp_path, output=output)
     assert refused.returncode == 2

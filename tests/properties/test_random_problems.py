@@ -10,7 +10,7 @@ from random_problems import RandomProblem, random_problem
 from ocp_traj.exceptions import TaskError
 from ocp_traj.solve import solve
 
-FEW, SOME, MANY = 10, 30, 1000
+FEW, SOME, MANY = 20, 30, 1000
 SOLVED = 0.99
 """Part of the problems with a motion that has to be solved."""
 
@@ -49,7 +49,7 @@ def count_outcomes(seeds: range) -> dict[str, int]:
 
 
 def test_few_random_problems() -> None:
-    counts = count_outcomes(range(26, 26 + FEW))
+    counts = count_outcomes(range(30, 30 + FEW))
     assert counts["unsolved"] == 0 and counts["solved"] >= FEW // 2
 
 
