@@ -28,7 +28,7 @@ def test_bounded_jerk_takes_longer_than_the_bound_and_is_told_by_path() -> None:
     # same at the end, and 0.40167 s in between.
     assert table["jerk_estimate"]["estimate"] == pytest.approx(1.1 + 0.401667, rel=1e-4)
     assert table["jerk_estimate"]["uniform"] == pytest.approx(1.1 + 0.401667, rel=2e-2)
-    assert table["kinematic_bound"]["lower"] == pytest.approx(1.5, rel=1e-3)
+    assert 1.5 * (1 - 2e-3) <= table["kinematic_bound"]["lower"] <= 1.5
     assert found.messages()["jerk_estimate"] == found.jerk.message
     assert table["convex"] == {"uniform": None, "chord": None}
 
