@@ -10,7 +10,7 @@ from random_problems import RandomProblem, random_problem
 from ocp_traj.exceptions import TaskError
 from ocp_traj.solve import solve
 
-FEW, SOME, MANY = 20, 30, 1000
+FEW, SOME, MANY = 20, 29, 1000
 SOLVED = 0.99
 """Part of the problems with a motion that has to be solved."""
 
