@@ -269,3 +269,51 @@ def test_numbers_are_shown_with_significant_digits(value: float, shown: str) -> 
 
 def test_a_changed_record_is_told_apart() -> None:
     assert replace(record(1.0), claimed=False).return_code_correct is False
+
+
+def test_one_solver_leads_nobody(tmp_path: Path) -> None:
+    fill(tmp_path, {"alone": lambda case, seed: record(1.0 + seed)})
+    story = story_of(tmp_path)
+    assert story[0] == "Only alone was run, on 2 problems."
+    assert any("With one solver there is nothing to test." in sentence for sentence in story)
+
+
+def test_solvers_without_a_common_run_are_not_ranked(tmp_path: Path) -> None:
+    apart = {
+        "a": lambda case, seed: record(1.0) if seed < 2 else None,
+        "b": lambda case, seed: record(2.0) if seed >= 2 else None,
+    }
+    fill(tmp_path, apart)
+    assert "No block has runs of all solvers yet, so they cannot be ranked." in story_of(tmp_path)
+
+
+def test_a_lead_over_some_but_not_over_others_names_those(tmp_path: Path) -> None:
+    close = {
+        "first": lambda case, seed: record(1.0 + case + 0.001 * seed),
+        "near": lambda case, seed: record(1.0 + case + 0.001 * seed + (0.002 if seed > 2 else -0.0019)),
+        "far": lambda case, seed: record(2.0 + case + 0.003 * seed),
+    }
+    fill(tmp_path, close, seeds=8)
+    (sentence,) = [sentence for sentence in story_of(tmp_path) if "chance" in sentence]
+    assert sentence.startswith("The lead of first is more than chance over far (")
+    assert ", not over the others" in sentence
+
+
+def test_a_problem_nobody_solves_and_blocks_the_first_loses_are_told(tmp_path: Path) -> None:
+    failed = RunRecord("failed", "no", "error", wall_time=1.0)
+    fill(
+        tmp_path,
+        {
+            "good": lambda case, seed: failed if case or not seed else record(1.0 + 0.001 * seed),
+            "rare": lambda case, seed: record(3.0) if not case and seed < 2 else failed,
+        },
+    )
+    story = story_of(tmp_path)
+    assert story[0].startswith("good ranks first")
+    assert any("two: no feasible motion was found." in sentence for sentence in story)
+    assert "good fails in 1 of 8 blocks in which rare succeeds." in story
+
+
+def test_answers_the_solver_did_not_vouch_for_are_counted(tmp_path: Path) -> None:
+    fill(tmp_path, {"modest": lambda case, seed: record(1.0, claimed=bool(seed))})
+    assert "In 2 runs the audit accepts an answer the solver did not vouch for." in story_of(tmp_path)[-1]

@@ -294,3 +294,33 @@ def test_a_turn_about_the_axis_is_split_off_a_rotation() -> None:
     exchange = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     np.testing.assert_array_equal(split_rotation(exchange)[0], exchange)
     assert split_rotation(exchange)[1] == 0.0
+
+
+@needs_compiler
+def test_dynamics_that_do_not_compile_run_in_numpy_and_say_so(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    from ocp_traj.robot import compiled_program
+
+    def refuse(_: ca.Function) -> None:
+        raise UnavailableError("the compiler crashed")
+
+    q, v, a = np.random.default_rng(5).standard_normal((3, 20, 6))
+    expected = replace(load_robot("ur5")).torque_batch(q, v, a)
+    monkeypatch.setattr(compiled_program, "CompiledProgram", refuse)
+    robot = replace(load_robot("ur5"))
+    np.testing.assert_array_equal(robot.torque_batch(q, v, a), expected)
+    assert f"inverse dynamics of {robot.name} run in NumPy, not compiled: the compiler crashed" in caplog.text
+
+
+def test_pinocchios_casadi_binding_is_used_or_said_to_be_missing() -> None:
+    robot = load_robot("ur5")
+    try:
+        import pinocchio.casadi  # noqa: F401
+    except ImportError:
+        with pytest.raises(UnavailableError, match="comes with conda-forge's pinocchio"):
+            robot.inverse_dynamics_from_pinocchio()
+        return
+    q, v, a = np.random.default_rng(6).standard_normal((3, 6))
+    theirs = np.array(robot.inverse_dynamics_from_pinocchio()(q, v, a)).ravel()
+    np.testing.assert_allclose(theirs, robot.torque(q, v, a), atol=1e-10)
