@@ -43,7 +43,7 @@ CONDENSED = (
             "waypoints_on_a_position_limit_break_nothing",
             "few_waypoints_agree_with_their_symbols",
             "virtual_knots_and_end_conditions_agree_with_their_symbols",
-            "every_limit_is_broken_as_much_as_its_symbols_say[cubic-per gap]",
+            "every_limit_is_broken_as_much_as_its_symbols_say[septic-per gap]",
             "a_candidate_is_judged_the_same_in_any_population",
             "evaluations_keep_their_numbers_when_others_follow",
             "all_limits_friction_and_custom_functions_together_agree_with_their_symbols",
