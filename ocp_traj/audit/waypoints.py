@@ -104,10 +104,9 @@ def _nearest_times(trajectory: Trajectory, waypoint: Array, grid: Array, positio
         return (away * v).sum(axis=1), (v * v + away * a).sum(axis=1)
 
     left, right = grid[np.maximum(index - 1, 0)], grid[np.minimum(index + 1, len(grid) - 1)]
-    # At rest no distance has a slope: look a hair nearer.
+    # A hair inside: where the motion rests the slope is nothing but rounding.
     hair = _HAIR * (right - left)
-    left = np.where(slope(left)[0] == 0, left + hair, left)
-    right = np.where(slope(right)[0] == 0, right - hair, right)
+    left, right = left + hair, right - hair
     before, behind = slope(left)[0], slope(right)[0]
     turns = (before < 0) & (behind >= 0)
     times = grid[index].copy()

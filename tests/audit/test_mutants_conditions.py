@@ -80,12 +80,22 @@ def test_equal_waypoints_cannot_be_passed_at_one_time() -> None:
         with_waypoint_times(TrajectoryTask([[0.0], [0.5], [0.5], [1.0]]), UNIT)
 
 
-def test_a_waypoint_passed_while_the_motion_rests_at_its_start_is_found() -> None:
-    motion = Trajectory([0.0, 1.0, 2.0], [[[0.0, 0.0, 0.0, 0.0]], [[0.0, 0.0, 3.0, -2.0]]], [0.0, 2.0])
-    task = TrajectoryTask([[0.0], [0.0], [1.0]], Limits(velocity=2.0))
-    found = with_waypoint_times(task, motion).waypoint_times
-    assert 0.0 < found[1] <= 1.0 + 1e-9
-    assert audit(task, motion).feasible
+def test_a_waypoint_passed_while_the_motion_rests_at_its_start_or_end_is_found() -> None:
+    still, moving = [[0.0, 0.0, 0.0, 0.0]], [[0.0, 0.0, 3.0, -2.0]]
+    late = Trajectory([0.0, 1.0, 2.0], [still, moving], [0.0, 2.0])
+    early = Trajectory([0.0, 1.0, 2.0], [moving, [[1.0, 0.0, 0.0, 0.0]]], [0.0, 2.0])
+    for motion, waypoint in ((late, 0.0), (early, 1.0)):
+        task = TrajectoryTask([[0.0], [waypoint], [1.0]], Limits(velocity=2.0))
+        found = with_waypoint_times(task, motion).waypoint_times
+        assert motion(found[1]) == pytest.approx(waypoint, abs=1e-12)
+        assert audit(task, motion).feasible
+
+
+def test_a_waypoint_in_the_last_moment_is_preferred_to_one_that_was_nearly_passed_before() -> None:
+    motion = clamped_cubic(np.array([[0.0], [0.8], [0.6], [1.0]]), np.ones(3))
+    task = TrajectoryTask([[0.0], motion(2.97), [1.0]])
+    found = with_waypoint_times(task, nameless(motion)).waypoint_times
+    assert found == pytest.approx([0.0, 2.97, 3.0], abs=1e-7)
 
 
 @pytest.mark.parametrize("time", [0.01, 0.055, 0.07, 0.93, 0.945, 0.99])
