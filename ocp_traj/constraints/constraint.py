@@ -91,6 +91,17 @@ class SampledConstraint(Constraint):
         """Return the joint (from 0) each value belongs to, -1 where it belongs to none."""
         return [-1] * self.bounds(task).shape[2]
 
+    def scales(self, task: TrajectoryTask) -> Array:
+        """Return what a violation is relative to, (G, k): the larger finite bound above zero, else 1."""
+        return bound_scales(self.bounds(task))
+
+
+def bound_scales(bounds: Array) -> Array:
+    """Return the larger finite bound of (..., 2, k) bounds, 1 where there is none above zero, (..., k)."""
+    magnitude = np.where(np.isfinite(bounds), np.abs(bounds), 0.0).max(axis=-2)
+    scale: Array = np.where(magnitude > 0, magnitude, 1.0)
+    return scale
+
 
 def finite_joints(bounds: Array) -> list[int]:
     """Return the joints that have a finite limit in any gap of a (G, 2, n) array."""

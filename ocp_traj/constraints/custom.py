@@ -41,6 +41,10 @@ class CustomLimit(SampledConstraint):
             upper.append(np.broadcast_to(custom.upper, (size,)) / custom_scale(custom))
         return np.tile(np.stack([np.concatenate(lower), np.concatenate(upper)]), (task.gaps, 1, 1))
 
+    def scales(self, task: TrajectoryTask) -> Array:
+        """Return ones, (G, k): values and bounds are scaled already."""
+        return np.ones((task.gaps, self.bounds(task).shape[2]))
+
 
 def torque_or_zero(sample: SymbolicSample) -> Any:
     """Return the torques, or zeros for a task without inertia."""

@@ -63,7 +63,11 @@ class Account:
         for name, value in found.items():
             short = name.removeprefix("n_call_")
             self.counts[short] = self.counts.get(short, 0) + value
-        calls = [value for name, value in found.items() if name in ("n_call_nlp_f", "n_call_nlp_g", "n_call_nlp_fg")]
+        calls = [
+            value
+            for name, value in found.items()
+            if name in ("n_call_nlp_f", "n_call_nlp_g", "n_call_nlp_fg")
+        ]
         spent = max([*calls, 1])
         iterations = stats.get("iterations", {})
         cost = list(iterations.get("obj", ()))

@@ -10,6 +10,7 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.constraints import DERIVATIVE_LIMITS
+from ocp_traj.constraints.constraint import bound_scales
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.elements import IndexArray
@@ -56,12 +57,17 @@ def broken_points(
         if limit.order >= trajectory.degree - 1 or not limit.applies(task):
             continue
         bounds = limit.bounds(task)
+        scales = bound_scales(bounds)
 
         def over(
-            segment: IndexArray, fraction: Array, order: int = limit.order, bounds: Array = bounds
+            segment: IndexArray,
+            fraction: Array,
+            order: int = limit.order,
+            bounds: Array = bounds,
+            scales: Array = scales,
         ) -> Array:
-            value = motion.derivative(order, segment, fraction)
-            return _excess(value, bounds[motion.gaps[segment]])[:, moving]
+            gap, value = motion.gaps[segment], motion.derivative(order, segment, fraction)
+            return _excess(value, bounds[gap], scales[gap])[:, moving]
 
         for segment, joint, fraction in _peaks(over, motion.segments):
             derivatives.append((limit.order, segment, joint, fraction))
@@ -95,11 +101,9 @@ def segment_gaps(trajectory: Trajectory) -> Any:
     return np.clip(np.searchsorted(trajectory.waypoint_times, middle, side="right") - 1, 0, last)
 
 
-def _excess(value: Array, bounds: Array) -> Array:
-    """Return how far values (N, k) are over bounds (N, 2, k), relative to the larger finite bound."""
-    scale = np.where(np.isfinite(bounds), np.abs(bounds), 0.0).max(axis=1)
-    scale = np.where(scale > 0, scale, 1.0)
-    over: Array = np.maximum(value - bounds[:, 1], bounds[:, 0] - value) / scale
+def _excess(value: Array, bounds: Array, scales: Array) -> Array:
+    """Return how far values (N, k) are over bounds (N, 2, k), relative to scales (N, k)."""
+    over: Array = np.maximum(value - bounds[:, 1], bounds[:, 0] - value) / scales
     return over
 
 
@@ -113,7 +117,7 @@ def _peaks(over: Excess, segments: int) -> list[tuple[int, int, float]]:
     grid = over(np.repeat(np.arange(segments), DENSE + 1), np.tile(fractions, segments))
     grid = grid.reshape(segments, DENSE + 1, -1)
     padded = np.pad(grid, ((0, 0), (1, 1), (0, 0)), constant_values=-np.inf)
-    is_peak = (grid > -HIDDEN) & (grid >= padded[:, :-2]) & (grid >= padded[:, 2:])
+    is_peak = (grid > -HIDDEN) & (grid > padded[:, :-2]) & (grid >= padded[:, 2:])
     segment, index, column = np.nonzero(is_peak)
     if not len(segment):
         return []
@@ -144,7 +148,7 @@ def _broken_instants(task: TrajectoryTask, motion: _Motion, compiled: bool) -> l
             total=False,
             compiled=compiled,
         ).functions["value"]
-        bounds = constraint.bounds(task)
+        bounds, scales = constraint.bounds(task), constraint.scales(task)
 
         def over(
             segment: IndexArray,
@@ -152,10 +156,12 @@ def _broken_instants(task: TrajectoryTask, motion: _Motion, compiled: bool) -> l
             orders: int = orders,
             function: Any = function,
             bounds: Array = bounds,
+            scales: Array = scales,
         ) -> Array:
+            gap = motion.gaps[segment]
             u = [motion.derivative(order, segment, fraction) for order in range(orders)]
             value = np.array(function.map(len(segment))(np.concatenate(u, axis=1).T)).T
-            return _excess(value, bounds[motion.gaps[segment]])
+            return _excess(value, bounds[gap], scales[gap])
 
         for segment, _, fraction in _peaks(over, motion.segments):
             found[(segment, round(fraction, 6))] = None

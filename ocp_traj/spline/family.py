@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from ocp_traj.spline.hermite import hermite_matrix
-from ocp_traj.spline.interpolation import EndConditions, knot_states
+from ocp_traj.spline.interpolation import EndConditions, extra_orders, knot_states
 
 
 @dataclass(frozen=True)
@@ -75,8 +75,7 @@ class Family(ABC):
 
     def fixed_by_ends(self, ends: EndConditions) -> tuple[int, int]:
         """Return how many virtual-knot positions next to the start and to the end the end conditions decide."""
-        order = (self.degree - 1) // 2
-        return (sum(j > order for j in ends.start), sum(j > order for j in ends.end))
+        return len(extra_orders(self.degree, ends.start)), len(extra_orders(self.degree, ends.end))
 
 
 class UniformFamily(Family):

@@ -47,7 +47,7 @@ def knot_states(
         inner knots next to each end as that end has conditions beyond order r).
     ends : EndConditions
         A derivative of order j <= r that is not given is free: the spline is then natural there, its derivative
-        of order degree - j vanishes.
+        of order degree - j vanishes, or is what is given for it.
 
     Returns
     -------
@@ -88,12 +88,23 @@ def _conditions(degree: int, last: int, ends: EndConditions) -> list[tuple[int, 
     """
     order = (degree - 1) // 2
     free = range(1, order + 1)
-    natural_start = [(0, degree - j, 0.0) for j in free if j not in ends.start]
-    natural_end = [(last, degree - j, 0.0) for j in free if j not in ends.end]
-    extra_start = [(0, j, value) for j, value in sorted(ends.start.items()) if j > order]
-    extra_end = [(last, j, value) for j, value in sorted(ends.end.items()) if j > order]
+    natural_start, natural_end = (
+        [(knot, degree - j, given.get(degree - j, 0.0)) for j in free if j not in given]
+        for knot, given in ((0, ends.start), (last, ends.end))
+    )
+    extra_start, extra_end = (
+        [(knot, j, given[j]) for j in extra_orders(degree, given)]
+        for knot, given in ((0, ends.start), (last, ends.end))
+    )
     inner = [(k, degree - j, 0.0) for k in range(1, last) for j in free]
     return [*natural_start, *extra_start, *inner, *natural_end, *extra_end]
+
+
+def extra_orders(degree: int, given: dict[int, Any]) -> list[int]:
+    """Return the given orders above r that take the place of no natural condition, ascending."""
+    order = (degree - 1) // 2
+    natural = {degree - j for j in range(1, order + 1) if j not in given}
+    return [j for j in sorted(given) if j > order and j not in natural]
 
 
 def _condition_row(

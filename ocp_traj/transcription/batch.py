@@ -165,8 +165,9 @@ def build_curves(task: TrajectoryTask, durations: Array, offsets: Array) -> Curv
     family = get_family(task.family)
     h = np.ascontiguousarray(durations.T)
     positions = knot_positions(task, offsets)
-    if type(family).pieces is UniformFamily.pieces and not any(decided_knots(task)):
-        start, end = _ends(task)
+    start, end = _ends(task)
+    plain = all(order <= (family.degree - 1) // 2 for order in (*start, *end))
+    if type(family).pieces is UniformFamily.pieces and plain:
         derivatives = knot_derivatives(family.degree, h, positions, start, end)
         return _uniform_curves(family.degree, h, positions, derivatives)
     if isinstance(family, ThreeFiveThree):

@@ -40,10 +40,16 @@ class Block:
     per_gap: int
 
     @classmethod
-    def of(cls, name: str, joints: Any, bounds: Array, fractions: tuple[float, ...], per_gap: int) -> Block:
-        """Build a block from (S, 2, k) bounds; the larger finite bound of each row is its scale."""
-        magnitude = np.where(np.isfinite(bounds), np.abs(bounds), 0.0).max(axis=1)
-        scale = np.where(magnitude > 0, magnitude, 1.0)
+    def of(
+        cls,
+        name: str,
+        joints: Any,
+        bounds: Array,
+        scale: Array,
+        fractions: tuple[float, ...],
+        per_gap: int,
+    ) -> Block:
+        """Build a block from (S, 2, k) bounds and the (S, k) scales of the values."""
         lower, upper = (bounds[:, 0] / scale).T, (bounds[:, 1] / scale).T
         return cls(name, np.asarray(joints), lower, upper, scale.T, fractions, per_gap)
 

@@ -260,7 +260,10 @@ class Split(Places):
         row, column = self.values.map.jacobian_pattern
         width = self.values.variables.shape[1]
         own = np.arange(self.rows)
-        local = np.concatenate([row, own, own]), np.concatenate([column, width + own, width + self.rows + own])
+        local = (
+            np.concatenate([row, own, own]),
+            np.concatenate([column, width + own, width + self.rows + own]),
+        )
         variables = np.concatenate([self.values.variables, self.plus, self.minus], axis=1)
         return spread_triplets(variables, self.rows, local)
 

@@ -44,7 +44,9 @@ def initial_guess(task: TrajectoryTask, durations: Array | None = None) -> Traje
     gaps = closed_form_durations(task) if durations is None else durations
     if get_family(task.family).takes_virtual_knots and task.virtual_knots:
         default = Boundary(task.boundary.velocity)
-        bare = insert_knots(_smooth(task.changed(virtual_knots=0, boundary=default), gaps), task.virtual_knots)
+        bare = insert_knots(
+            _smooth(task.changed(virtual_knots=0, boundary=default), gaps), task.virtual_knots
+        )
     else:
         bare = _smooth(task, gaps)
     return bare
@@ -93,7 +95,8 @@ def insert_knots(trajectory: Trajectory, virtual_knots: int) -> Trajectory:
     for start, end in zip(waypoint_times, waypoint_times[1:]):
         inside = np.flatnonzero((breakpoints[:-1] >= start) & (breakpoints[:-1] < end))
         parts = [
-            (float(breakpoints[k + 1] - breakpoints[k]), np.asarray(trajectory.coefficients[k])) for k in inside
+            (float(breakpoints[k + 1] - breakpoints[k]), np.asarray(trajectory.coefficients[k]))
+            for k in inside
         ]
         while len(parts) < virtual_knots + 1:
             longest = int(np.argmax([duration for duration, _ in parts]))

@@ -14,7 +14,7 @@ from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.composed import Composed, Split
 from ocp_traj.transcription.layout import Layout
 from ocp_traj.transcription.outer import Outer, outer_of
-from ocp_traj.transcription.parts import Parts, row_scale
+from ocp_traj.transcription.parts import Parts
 from ocp_traj.transcription.samples import instant_function, instant_of
 
 COST_SAMPLES = 8
@@ -86,8 +86,7 @@ class InstantRows:
         task, layout = self.layout.task, self.layout
         outer = self._outer(constraint)
         bounds = constraint.bounds(task)
-        flat = row_scale(np.moveaxis(bounds, 1, 2).reshape(-1, 2), 0.0)
-        scale = flat.reshape(bounds[:, 0].shape).max(axis=0)
+        scale = np.where(np.isfinite(bounds).any(axis=1), constraint.scales(task), 0.0).max(axis=0)
         scale = np.where(scale > 0, scale, 1.0)
         if constraint.needs_jerk:  # the jerk may jump at knots: take both sides
             ends = np.column_stack([np.arange(layout.segments - 1.0), np.ones(layout.segments - 1)])
@@ -96,9 +95,7 @@ class InstantRows:
             groups = [(at_knot, points[rows]) for at_knot, rows in self._split(points)]
         joints = np.asarray(constraint.joints(task))
         for at_knot, at in groups:
-            places = Composed(
-                layout, outer, at, scale, at_knot=at_knot, needs_jerk=constraint.needs_jerk
-            )
+            places = Composed(layout, outer, at, scale, at_knot=at_knot, needs_jerk=constraint.needs_jerk)
             gaps = at[:, 0].astype(np.int64) // layout.per_gap
             lower, upper = bounds[gaps, 0] / scale, bounds[gaps, 1] / scale
             if at_knot:  # a knot between two gaps keeps the limits of both

@@ -15,7 +15,7 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.constraints import DERIVATIVE_LIMITS, DerivativeLimit, SampledConstraint
-from ocp_traj.constraints.constraint import finite_joints
+from ocp_traj.constraints.constraint import bound_scales, finite_joints
 from ocp_traj.constraints.torque import TorqueLimit
 from ocp_traj.exceptions import InputError
 from ocp_traj.objectives import SQUARED_DERIVATIVES, SampledTerm, SquaredDerivative
@@ -113,6 +113,7 @@ class CondensedRows:
                     constraint.name,
                     constraint.joints(task),
                     np.repeat(constraint.bounds(task), self.per_gap, axis=0),
+                    np.repeat(constraint.scales(task), self.per_gap, axis=0),
                     self.fractions,
                     self.per_gap,
                 ),
@@ -207,5 +208,9 @@ def make_rows(task: TrajectoryTask, samples: int, extrema: str) -> CondensedRows
         joints = finite_joints(limit.bounds(task))
         bounds = np.repeat(limit.bounds(task)[:, :, joints], per_gap, axis=0)
         points = (0.0, 1.0) if exact else grid_fractions(intervals)
-        kinematic.append(KinematicRows(limit, Block.of(limit.name, joints, bounds, points, per_gap), exact))
+        kinematic.append(
+            KinematicRows(
+                limit, Block.of(limit.name, joints, bounds, bound_scales(bounds), points, per_gap), exact
+            )
+        )
     return CondensedRows(task, kinematic, instant_of(task), intervals)

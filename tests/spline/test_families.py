@@ -84,6 +84,22 @@ def test_free_end_acceleration_of_a_quintic_is_natural():
     np.testing.assert_allclose(evaluate(pieces, t), reference(t), atol=1e-10)
 
 
+@pytest.mark.parametrize("count", [2, 3, 6])
+def test_a_given_jerk_takes_the_place_of_a_quintics_natural_condition(count):
+    rng = np.random.default_rng(count)
+    h, q = random_data(rng, count)
+    start, end = rng.normal(size=(2, 3)), rng.normal(size=(2, 3))
+    ends = EndConditions({1: start[0], 3: start[1]}, {1: end[0], 3: end[1]})
+    family = get_family("quintic")
+    assert family.fixed_by_ends(ends) == (0, 0)
+    pieces = family.pieces(list(h[:, None]), list(q), ends)
+    knots = np.concatenate([[0.0], np.cumsum(h)])
+    conditions = [[(1, side[0]), (3, side[1])] for side in (start, end)]
+    reference = make_interp_spline(knots, q, k=5, bc_type=tuple(conditions))
+    t = np.linspace(0, knots[-1], 31)
+    np.testing.assert_allclose(evaluate(pieces, t), reference(t), atol=1e-10)
+
+
 @pytest.mark.parametrize(("name", "extra"), [("cubic", 2), ("quintic", 3), ("septic", 4)])
 def test_positions_next_to_the_ends_follow_from_extra_end_conditions(name, extra):
     rng = np.random.default_rng(2)

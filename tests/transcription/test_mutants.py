@@ -176,6 +176,8 @@ def instant_rows(nlp: LiftedNlp, motion: Motion, robot: Any, extra: ExtraPoints)
     for name in INSTANTS:
         function, bounds, joints, orders = instant_limits(robot, name)
         scale = [larger_finite(*bounds[:, :, k].ravel()) for k in range(len(joints))]
+        if name == "custom":  # one scale for all values of a function
+            scale = [larger_finite(*bounds.ravel())] * len(joints)
         both_sides = [(segment, 1.0) for segment in range(segments - 1)] if orders == 4 else []
         for segment, fraction in [*points, *both_sides]:
             if fraction == 1.0 and orders == 3:

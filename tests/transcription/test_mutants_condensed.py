@@ -26,7 +26,10 @@ from row_oracle import (
 )
 from scipy.interpolate import PPoly
 
+from ocp_traj.audit import audit
+from ocp_traj.constraints.constraint import bound_scales
 from ocp_traj.task import Boundary, CustomConstraint, Limits, Motor, Objective, TrajectoryTask
+from ocp_traj.transcription import transcribe
 from ocp_traj.transcription.blocks import Block
 from ocp_traj.transcription.condensed import CondensedNlp
 
@@ -56,6 +59,9 @@ def motion_of(task: TrajectoryTask, durations: np.ndarray, offsets: np.ndarray) 
     for side in (0, 1):
         for order in range(1, (degree - 1) // 2 + 1):
             given = getattr(task.boundary, ENDS[order - 1])
+            instead = getattr(task.boundary, ENDS[degree - order - 1]) if degree - order <= 3 else None
+            if given is None and instead is not None:
+                order, given = degree - order, instead
             ends[side].append((degree - order, np.zeros(task.n)) if given is None else (order, given[side]))
     return spline(degree, durations, knots, *ends)
 
@@ -121,10 +127,9 @@ def expected_rows(task: TrajectoryTask, robot: Any, motion: Motion, exact: bool)
                 for segment in range(segments):
                     own = bounds[segment // per_gap, :, k]
                     scale = larger_finite(*own) if np.isfinite(own).any() else 1.0
-                    value = table[segment][index, k]
-                    if name == "custom" and not np.isfinite(own).any():
-                        value = value / larger_finite(*CUSTOM_BOUNDS.ravel())
-                    add(name, joint, segment, fraction, value, own, scale)
+                    if name == "custom":  # one scale for all values of a function
+                        scale = larger_finite(*CUSTOM_BOUNDS.ravel())
+                    add(name, joint, segment, fraction, table[segment][index, k], own, scale)
     h = motion.durations.reshape(GAPS, per_gap).sum(axis=1)
     rows.append(("duration", -1, 0, 0.0, h.sum() / 5.0, 3.0 / 5.0, 1.0))
     rows.append(("duration", -1, 0, 0.0, h[0] / 2.0, 0.25, 1.0))
@@ -141,6 +146,7 @@ def expected_rows(task: TrajectoryTask, robot: Any, motion: Motion, exact: bool)
         ("cubic", 2, Boundary(), "sampled"),
         ("quintic", 0, Boundary(0.0, [[0.5, 0.4, -0.3], [0.1, -0.6, 0.2]]), "auto"),
         ("quintic", 1, Boundary(0.0, None), "auto"),
+        ("quintic", 1, Boundary(0.0, None, [[3.0, 2.0, -1.0], [1.0, -2.0, 4.0]]), "auto"),
         ("septic", 0, Boundary(0.0, [[0.5, 0.4, -0.3], [0.1, -0.6, 0.2]], None), "auto"),
         ("3-5-3", 0, Boundary(0.0, [[0.5, 0.4, -0.3], [0.1, -0.6, 0.2]]), "auto"),
     ],
@@ -292,6 +298,20 @@ def test_bounds_of_a_custom_limit_are_divided_by_its_scale(arm: Any) -> None:
     bounds = [[-8.0, -np.inf, -1.0, -np.inf, 0.0, 0.0], [16.0, 4.0, 0.75, 0.5, np.inf, np.inf]]
     np.testing.assert_array_equal(limit.bounds(task), [bounds] * GAPS)
     assert not limit.applies(make_task(arm, "cubic", constraints=()))
+    np.testing.assert_array_equal(limit.scales(task), np.ones((GAPS, 6)))  # and by nothing else
+
+
+@pytest.mark.parametrize("scale", [None, 2.0, 100.0])
+def test_a_custom_limit_is_over_by_its_own_scale_in_both_forms_and_the_audit(scale: float | None) -> None:
+    q, v, a, tau = (ca.SX.sym(name, 1) for name in ("q", "v", "a", "tau"))
+    top = CustomConstraint("own", ca.Function("own", [q, v, a, tau], [q]), -0.5, 0.5, scale)
+    task = TrajectoryTask([[0.0], [1.5], [0.0]], Limits(velocity=1.0), constraints=(top,))
+    over = 1.0 / (scale or 0.5)  # the waypoint itself
+    condensed, lifted = transcribe(task, "condensed"), transcribe(task, "lifted")
+    found = [float(nlp.evaluate(np.asarray(nlp.guess)[None]).violation.max()) for nlp in (condensed, lifted)]
+    assert found == pytest.approx([over, over], rel=1e-6)
+    verdict = audit(task, condensed.decode(np.asarray(condensed.guess)))
+    assert verdict.worst is not None and verdict.worst.ratio == pytest.approx(1.0 + over, rel=1e-6)
 
 
 COSTS = {
@@ -334,7 +354,8 @@ def test_costs_of_populations_are_integrals_of_what_pinocchio_says(
 def test_whatever_is_over_a_limit_of_zero_is_infinitely_over() -> None:
     values = np.array([[[0.0, 0.5, -0.5, 1e-3]]])
     symmetric, one_sided = (
-        Block.of("velocity", [0], np.array([[[lower], [0.0]]]), (0.0,), 1) for lower in (0.0, -2.0)
+        Block.of("velocity", [0], bounds, bound_scales(bounds), (0.0,), 1)
+        for bounds in (np.array([[[lower], [0.0]]]) for lower in (0.0, -2.0))
     )
     assert symmetric.ratio(0, values).tolist() == [0.0, np.inf, np.inf, np.inf]
     assert one_sided.ratio(0, values).tolist() == [0.0, np.inf, 0.25, np.inf]
