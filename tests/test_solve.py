@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -171,3 +173,51 @@ def test_a_second_solve_gets_what_is_left_of_budget_and_time():
     assert _rest_of(Request(3, spent.evaluations), result) is None
     assert _rest_of(Request(3, None, spent.solve_time), result) is None
     assert _rest_of(Request(3), result).budget is None
+
+
+@dataclass(frozen=True)
+class Overlooks(Solver):
+    """Answers with prepared durations: the first ones cold, the second ones when it is asked to go on."""
+
+    kind: ClassVar[str] = "gradient"
+
+    cold: tuple[float, ...] = ()
+    warm: tuple[float, ...] = ()
+    asked: list[tuple[TrajectoryTask, Request]] = field(default_factory=list)
+
+    def run(self, task: TrajectoryTask, request: Request) -> Outcome:
+        self.asked.append((task, request))
+        found = outcome_of(task, self.cold if request.warm_start is None else self.warm)
+        solution = replace(found.solution, evaluations=10, solve_time=0.25)
+        return replace(found, solution=solution, counts={"nlp_f": 3})
+
+
+def test_a_converged_motion_a_little_over_its_limits_is_solved_again_with_tighter_ones():
+    """Slowing mends no position, so a converged answer 1 % beyond one is taken up again."""
+    low, high = (1.2, 0.8), (0.8, 1.2)
+    peaks = [
+        trajectory_from_durations(simple_task(), h)(np.linspace(0, 2, 20_001)).max() for h in (low, high)
+    ]
+    good, bad = (low, high) if peaks[0] < peaks[1] else (high, low)
+    position = [[-1.0], [max(peaks) / 1.01]]
+    assert min(peaks) < position[1][0]
+    limits = Limits(velocity=20.0, acceleration=40.0, position=position)
+    task = TrajectoryTask([[0.0], [1.0], [0.5]], limits)
+
+    solver = Overlooks(cold=bad, warm=good)
+    result = solve(task, solver, budget=100)
+    assert result.feasible and result.segment_durations == pytest.approx(good)
+    (_, first), (again, rest) = solver.asked
+    assert first.warm_start is None and rest.warm_start is not None and rest.budget == 90
+    assert (again.limits.get("velocity") < task.limits.get("velocity"))[:, 1].all()
+    assert 1.0 <= again.limits.position[0, 1, 0] < position[1][0]
+    assert result.solution.evaluations == 20 and result.counts == {"nlp_f": 6}
+    assert result.solution.solve_time >= 0.5
+    np.testing.assert_array_equal(result.task.limits.position, task.limits.position)
+
+    stubborn = Overlooks(cold=bad, warm=bad)
+    result = solve(task, stubborn)
+    assert not result.feasible and len(stubborn.asked) == 2 and result.solution.evaluations == 10
+
+    spent = Overlooks(cold=bad, warm=good)
+    assert not solve(task, spent, budget=10).feasible and len(spent.asked) == 1
