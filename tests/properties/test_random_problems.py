@@ -10,7 +10,7 @@ from random_problems import RandomProblem, random_problem
 from ocp_traj.exceptions import TaskError
 from ocp_traj.solve import solve
 
-FEW, SOME, MANY = 20, 29, 1000
+FEW, SOME, MANY = 20, 14, 1000
 SOLVED = 0.99
 """Part of the problems with a motion that has to be solved."""
 
@@ -61,5 +61,5 @@ def test_few_random_problems() -> None:
 def test_many_random_problems(seeds: range) -> None:
     counts = count_outcomes(seeds)
     print(counts)
-    assert counts["explained"] >= len(seeds) // 20
+    assert counts["explained"] >= max(1, len(seeds) // 20)
     assert counts["solved"] >= SOLVED * (counts["solved"] + counts["unsolved"])

@@ -238,7 +238,7 @@ def test_all_of_this_holds_for_many_chains(count):
 
 
 @pytest.mark.parametrize(
-    "count", [pytest.param(6, marks=pytest.mark.slow), pytest.param(60, marks=pytest.mark.long)]
+    "count", [pytest.param(20, marks=pytest.mark.slow), pytest.param(60, marks=pytest.mark.long)]
 )
 def test_added_torque_limits_never_shorten_many_motions(count):
     examples(count)(given(SEEDS, st.floats(0.2, 1.0))(check_added_torque_limit))()
