@@ -221,3 +221,14 @@ def test_a_converged_motion_a_little_over_its_limits_is_solved_again_with_tighte
 
     spent = Overlooks(cold=bad, warm=good)
     assert not solve(task, spent, budget=10).feasible and len(spent.asked) == 1
+
+
+def test_a_septic_rests_a_moment_at_a_point_given_twice():
+    """Nothing but rounding keeps such a segment from vanishing, and its derivatives from growing without bound."""
+    points = [2.4344, -4.3653, -5.1774, -3.5905, -5.3214, -5.3214, 2.5587, 4.0902, -3.9814, -1.5353]
+    limits = Limits(position=[[-13.6], [9.5]], velocity=0.119, acceleration=3.6e-3)
+    task = TrajectoryTask(np.array(points)[:, None], limits, family="septic")
+    result = solve(task)
+    assert result.feasible, result.diagnosis
+    rest = result.trajectory.segment_durations[4]
+    assert 1e-3 < rest / result.duration < 1e-2

@@ -120,8 +120,11 @@ def _shortest_durations(task: TrajectoryTask, guess: Trajectory) -> Array:
     part = SHORTEST_WITH_KNOTS if task.virtual_knots > 1 else SHORTEST
     if task.virtual_knots and get_family(task.family).degree > 3:
         part = SHORTEST_OF_HIGHER_DEGREE
+    parts = np.full(task.gaps, part)
+    if get_family(task.family).degree > 3:  # without travel nothing keeps a segment from vanishing
+        parts[(np.diff(task.waypoints, axis=0) == 0).all(axis=1)] = SHORTEST_OF_HIGHER_DEGREE
     shares = guess.segment_durations / (task.virtual_knots + 1)
-    least: Array = np.repeat(part * shares, task.virtual_knots + 1)
+    least: Array = np.repeat(parts * shares, task.virtual_knots + 1)
     if task.virtual_knots and get_family(task.family).degree == 3 and task.boundary.acceleration is not None:
         # Without a jerk limit the best cubic leaves a given end acceleration at once.
         least[0], least[-1] = SHORTEST * shares[0], SHORTEST * shares[-1]
