@@ -374,12 +374,17 @@ class Gradient(Solver):
     def _call(self, nlp: Nlp, account: Account, *, warm: bool, before: Answer | None) -> Answer:
         """Call the plug-in; `before` is the answer of the same task with fewer points.
 
-        Second derivatives of exact extrema do not exist where two of them meet; a call that ends there is made
-        again with an approximate Hessian.
+        Second derivatives of exact extrema do not exist where two of them meet. A call that ends there is made
+        again with an approximate Hessian; one that goes to and fro there, with samples instead of extrema.
         """
         answer = self._call_once(nlp, account, warm=warm, before=before, exact=True)
-        if answer.status is Status.FAILED and isinstance(nlp, CondensedNlp) and not account.exhausted():
-            answer = self._call_once(nlp, account, warm=warm, before=before, exact=False)
+        if not isinstance(nlp, CondensedNlp) or account.exhausted():
+            return answer
+        if answer.status is Status.FAILED:
+            return self._call_once(nlp, account, warm=warm, before=before, exact=False)
+        if answer.status is Status.BUDGET_EXHAUSTED:
+            sampled = _condensed(nlp.task, answer.trajectory, MOST_SAMPLES, extrema="sampled")
+            return self._call_once(sampled, account, warm=warm, before=before, exact=True)
         return answer
 
     def _call_once(
@@ -419,11 +424,15 @@ class Gradient(Solver):
         return _read_answer(nlp, answer, status, message)
 
 
-def _condensed(task: TrajectoryTask, guess: Trajectory, samples: int) -> CondensedNlp:
+def _condensed(
+    task: TrajectoryTask, guess: Trajectory, samples: int, extrema: str = "auto"
+) -> CondensedNlp:
     """Return the condensed form in logarithms of the durations, started from a guess."""
     durations = np.asarray(guess.segment_durations)
     search = replace(task.search, duration=(float(durations.min()) / WIDE, float(durations.max()) * WIDE))
-    nlp = CondensedNlp(task.changed(search=search), encoding="log-durations", samples=samples)
+    nlp = CondensedNlp(
+        task.changed(search=search), encoding="log-durations", samples=samples, extrema=extrema
+    )
     nlp.task = task
     nlp.guess = read_only(np.clip(nlp.encode(guess), nlp.lower, nlp.upper))
     return nlp

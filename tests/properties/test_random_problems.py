@@ -53,6 +53,12 @@ def test_few_random_problems() -> None:
     assert counts["unsolved"] == 0 and counts["solved"] >= FEW // 2
 
 
+@pytest.mark.parametrize("seed", [470, 482])
+def test_problems_that_once_stayed_unsolved(seed: int) -> None:
+    """A septic of one joint, and a 3-5-3 whose optimum is where two extrema of the jerk meet."""
+    assert outcome(random_problem(seed)) == "solved"
+
+
 @pytest.mark.parametrize(
     "seeds",
     [pytest.param(range(SOME), marks=pytest.mark.slow), pytest.param(range(MANY), marks=pytest.mark.long)],
