@@ -61,6 +61,9 @@ MENDABLE_SCALE, MENDABLE_RATIO = 1.02, 1.0001
 DOUBTS = 2
 """Starts that have to fail, too, before a conflict found is believed."""
 
+ACCEPTABLE, KEPT = "Solved_To_Acceptable_Level", 1e-8
+"""IPOPT's word for giving up near an answer, and the violation up to which that is one."""
+
 CONDENSED_SAMPLES, MOST_SAMPLES = 16, 100
 """Samples a gap of the condensed form at first, and from when on they are not doubled any more."""
 
@@ -449,7 +452,10 @@ def _read_answer(nlp: Nlp, answer: dict[str, Any], status: Status, message: str)
     cost = float(answer["f"])
     if not np.isfinite(x).all():
         x, status = np.asarray(nlp.guess), Status.FAILED
-    return Answer(nlp, x, nlp.decode(x), status, message, cost, nlp.violations(g), on_rows, on_bounds)
+    violation = nlp.violations(g)
+    if message == ACCEPTABLE and violation.max(initial=0.0) > KEPT:
+        status = Status.STALLED  # where segments vanish, a little in the rows is much in the motion
+    return Answer(nlp, x, nlp.decode(x), status, message, cost, violation, on_rows, on_bounds)
 
 
 def _can_be_mended(task: TrajectoryTask, trajectory: Trajectory) -> bool:

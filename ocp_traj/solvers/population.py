@@ -16,6 +16,7 @@ from metaheuristics import (
     registry,
     unavailable,
 )
+from metaheuristics.ordering import find_ordering
 from ocp_traj.exceptions import InputError, UnavailableError, UnknownNameError
 from ocp_traj.solvers.condensed import CondensedSolver, encode_motion
 from ocp_traj.solvers.counting import Counted
@@ -56,6 +57,11 @@ class Population(CondensedSolver):
     def __post_init__(self) -> None:
         if self.start not in ("nothing", "guess", "ipopt"):
             raise InputError(f"start {self.start!r} is unknown, expected 'nothing', 'guess' or 'ipopt'")
+        if self.handling is not None:
+            try:
+                find_ordering(self.handling)
+            except ValueError as error:
+                raise InputError(str(error)) from None
         self.optimizer()
 
     @classmethod

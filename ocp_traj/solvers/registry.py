@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from importlib import metadata
 from typing import Any
 
+from metaheuristics.settings import check_settings
 from ocp_traj.exceptions import InputError, UnavailableError, UnknownNameError
 from ocp_traj.solvers.solver import Solver
 
@@ -171,11 +172,17 @@ def parse_solver(text: str) -> Solver:
     given = {} if parameters is None else _read_parameters(text, parameters)
     if preset is not None:
         given = {"preset": preset, **given}
+    settings |= given
+    if dataclasses.is_dataclass(cls):
+        try:
+            check_settings(f"solver {name!r}", cls, settings)
+        except ValueError as error:
+            raise InputError(str(error)) from None
     make = getattr(cls, "from_settings", None)
     if make is not None:
-        made: Solver = make({**settings, **given})
+        made: Solver = make(settings)
         return made
-    return _construct(name, cls, {**settings, **given})
+    return _construct(name, cls, settings)
 
 
 def split_solvers(text: str) -> list[str]:
