@@ -17,8 +17,8 @@ from ocp_traj.transcription.outer import Outer, outer_of
 from ocp_traj.transcription.parts import Parts
 from ocp_traj.transcription.samples import instant_function, instant_of
 
-COST_SAMPLES = 8
-"""Samples a gap over which costs are integrated, at least."""
+COST_SAMPLES, COST_SAMPLES_OF_HIGHER_DEGREE = 8, 20
+"""Samples a gap over which costs are integrated, at least: of cubics, and of quintics and septics."""
 
 
 class InstantRows:
@@ -31,7 +31,7 @@ class InstantRows:
     guess : Trajectory
         Gives the size of the values that have no limit.
     samples : int
-        Samples a gap of limits; costs are integrated over at least `COST_SAMPLES`.
+        Samples a gap of limits; costs are integrated over at least `COST_SAMPLES`, or more for higher degrees.
     extra : tuple of (segment, fraction)
         More samples of the limits.
     compiled : bool
@@ -112,7 +112,8 @@ class InstantRows:
 
     def _simpson(self) -> tuple[Array, Array]:
         """Return points and weights of Simpson's rule on every segment of unit duration."""
-        count, segments = self._per_segment(max(self.samples, COST_SAMPLES)), self.layout.segments
+        least = COST_SAMPLES if self.layout.degree == 3 else COST_SAMPLES_OF_HIGHER_DEGREE
+        count, segments = self._per_segment(max(self.samples, least)), self.layout.segments
         weights = np.full(count + 1, 2.0)
         weights[1::2] = 4.0
         weights[[0, -1]] = 1.0
