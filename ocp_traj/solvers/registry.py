@@ -11,7 +11,7 @@ import importlib
 import re
 from dataclasses import dataclass, field
 from importlib import metadata
-from typing import Any
+from typing import Any, cast
 
 from metaheuristics.settings import check_settings
 from ocp_traj.exceptions import InputError, UnavailableError, UnknownNameError
@@ -173,11 +173,7 @@ def parse_solver(text: str) -> Solver:
     if preset is not None:
         given = {"preset": preset, **given}
     settings |= given
-    if dataclasses.is_dataclass(cls):
-        try:
-            check_settings(f"solver {name!r}", cls, settings)
-        except ValueError as error:
-            raise InputError(str(error)) from None
+    _check_kinds(name, cls, settings)
     make = getattr(cls, "from_settings", None)
     if make is not None:
         made: Solver = make(settings)
@@ -236,6 +232,15 @@ def _made_hybrid(name: str) -> Entry | None:
     if not plus or plugin != "ipopt" or entry is None or entry.kind != "population":
         return None
     return _hybrid(str(entry.settings["method"]), entry.summary, entry.requires)
+
+
+def _check_kinds(name: str, cls: Any, settings: dict[str, Any]) -> None:
+    """Refuse settings that are not of the kind their fields are declared to be."""
+    if dataclasses.is_dataclass(cls):
+        try:
+            check_settings(f"solver {name!r}", cast(type, cls), settings)
+        except ValueError as error:
+            raise InputError(str(error)) from None
 
 
 def _construct(name: str, cls: type[Solver], settings: dict[str, Any]) -> Solver:
