@@ -11,8 +11,8 @@ from collections.abc import Iterator
 import numpy as np
 
 import ocp_traj as ot
-from ocp_traj.solve import SolveResult
 from ocp_traj.solvers import parse_solver
+from ocp_traj.solving import SolveResult
 
 ENCODINGS = ("durations", "log-durations", "scaled")
 

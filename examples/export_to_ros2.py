@@ -9,7 +9,7 @@ strictly and slows the samples, if need be, so that limits hold after sampling t
 import numpy as np
 
 import ocp_traj as ot
-from ocp_traj.comparison.export import sample_for_controller, to_ros2
+from ocp_traj.controller_files import sample_for_controller, to_ros2
 
 task = ot.load_case("ur5-torque-limited")
 result = ot.solve(task)

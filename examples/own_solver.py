@@ -21,7 +21,7 @@ from scipy.optimize import minimize
 import ocp_traj as ot
 from metaheuristics import History, Solution, Status
 from ocp_traj.solvers import Outcome, Request, Solver
-from ocp_traj.transcription.condensed import CondensedNlp
+from ocp_traj.transcription.condensed.condensed import CondensedNlp
 
 
 @dataclass(frozen=True)

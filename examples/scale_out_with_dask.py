@@ -10,8 +10,8 @@ what is finished is never run again.
 import tempfile
 from pathlib import Path
 
-from ocp_traj.comparison.compare import compare
-from ocp_traj.comparison.plan import CaseChoice, Plan
+from ocp_traj.comparison.runs.compare import compare
+from ocp_traj.comparison.runs.plan import CaseChoice, Plan
 
 try:
     from distributed import LocalCluster

@@ -5,14 +5,16 @@ State a `Problem`, choose an `Optimizer`, call `minimize`, read the `Solution`.
 
 from __future__ import annotations
 
-from metaheuristics.bias import BiasReport, measure_shift_dependence, measure_structural_bias
-from metaheuristics.catalogue import make_optimizer, registry, unavailable
+from metaheuristics.algorithms.differential_evolution import DifferentialEvolution
+from metaheuristics.algorithms.elite_sparrow_search import EliteSparrowSearch
+from metaheuristics.algorithms.levy_sparrow_search import LevySparrowSearch
+from metaheuristics.algorithms.particle_swarm import ParticleSwarm
+from metaheuristics.algorithms.random_search import RandomSearch
+from metaheuristics.algorithms.registry import make_optimizer, registry, unavailable
+from metaheuristics.algorithms.sparrow_search import SparrowSearch
+from metaheuristics.algorithms.tent_sparrow_search import TentSparrowSearch
 from metaheuristics.checkpoint import Checkpoint
-from metaheuristics.differential_evolution import DifferentialEvolution
 from metaheuristics.evaluation import Evaluation
-from metaheuristics.improved_elite import EliteSparrowSearch
-from metaheuristics.improved_levy import LevySparrowSearch
-from metaheuristics.improved_tent import TentSparrowSearch
 from metaheuristics.minimize import minimize
 from metaheuristics.optimizer import Optimizer, State
 from metaheuristics.ordering import (
@@ -23,13 +25,11 @@ from metaheuristics.ordering import (
     Ordering,
     StaticPenalty,
 )
-from metaheuristics.particle_swarm import ParticleSwarm
 from metaheuristics.problem import Problem
-from metaheuristics.random_search import RandomSearch
 from metaheuristics.restarts import minimize_restarting
 from metaheuristics.solution import History, Solution, Status
-from metaheuristics.sparrow_search import SparrowSearch
 from metaheuristics.stopping import Limits, Progress
+from metaheuristics.test_problems.bias import BiasReport, measure_shift_dependence, measure_structural_bias
 
 __all__ = [
     "AdaptivePenalty",

@@ -19,8 +19,8 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from ocp_traj.audit import Verdict, audit
+    from ocp_traj.audit.costs import energy, objective_value
     from ocp_traj.case import case_names, load_case, task_digest, write_case
-    from ocp_traj.energy import energy, objective_value
     from ocp_traj.exceptions import (
         CaseError,
         InputError,
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         UnknownNameError,
         UnreachablePoseError,
     )
+    from ocp_traj.pareto import ParetoFront, pareto_front
     from ocp_traj.references import (
         certify,
         convex_reference,
@@ -46,9 +47,8 @@ if TYPE_CHECKING:
         robot_from_urdf,
         robot_names,
     )
-    from ocp_traj.solve import SolveResult, solve
     from ocp_traj.solvers import solver_names, solver_table
-    from ocp_traj.solvers.pareto import ParetoFront, pareto_front
+    from ocp_traj.solving import SolveResult, solve
     from ocp_traj.task import (
         Boundary,
         CustomConstraint,
@@ -66,7 +66,7 @@ if TYPE_CHECKING:
 _MODULES = {
     "ocp_traj.audit": ("Verdict", "audit"),
     "ocp_traj.case": ("case_names", "load_case", "task_digest", "write_case"),
-    "ocp_traj.energy": ("energy", "objective_value"),
+    "ocp_traj.audit.costs": ("energy", "objective_value"),
     "ocp_traj.exceptions": (
         "CaseError",
         "InputError",
@@ -92,9 +92,9 @@ _MODULES = {
         "robot_from_urdf",
         "robot_names",
     ),
-    "ocp_traj.solve": ("SolveResult", "solve"),
+    "ocp_traj.solving": ("SolveResult", "solve"),
     "ocp_traj.solvers": ("solver_names", "solver_table"),
-    "ocp_traj.solvers.pareto": ("ParetoFront", "pareto_front"),
+    "ocp_traj.pareto": ("ParetoFront", "pareto_front"),
     "ocp_traj.task": (
         "Boundary",
         "CustomConstraint",

@@ -48,8 +48,8 @@ def contradiction(task: Any, trajectory: Any) -> str:
     Its durations have to pass the exact test of the double integrator, and its total the certified lower bound; both
     with the tolerances of the audit.
     """
-    from ocp_traj.references.double_integrator import feasible
-    from ocp_traj.references.shortest_motion import _joint_limits, bounded_velocities
+    from ocp_traj.references.bounds.double_integrator import feasible
+    from ocp_traj.references.bounds.kinematic_bound import _joint_limits, bounded_velocities
 
     moving, limits, reason = _joint_limits(task)
     at_rest = not np.any(task.boundary.velocity)

@@ -95,7 +95,7 @@ def test_every_command_of_a_page_has_options_that_exist(page: Path) -> None:
 
 @pytest.mark.parametrize("page", pages_with("python"), ids=name_of)
 def test_the_python_of_a_page_runs(page: Path, tmp_path: Path, monkeypatch) -> None:
-    from ocp_traj.solve import SolveResult
+    from ocp_traj.solving import SolveResult
 
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {"__name__": "page"}
@@ -106,7 +106,7 @@ def test_the_python_of_a_page_runs(page: Path, tmp_path: Path, monkeypatch) -> N
 
 @pytest.mark.parametrize("page", pages_with("toml"), ids=name_of)
 def test_the_toml_of_a_page_can_be_read(page: Path) -> None:
-    from ocp_traj.comparison.plan import plan_from_table
+    from ocp_traj.comparison.runs.plan import plan_from_table
 
     for block in blocks(page, "toml"):
         tables = parse_toml(block, page.name)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from ocp_traj.energy import (
+from ocp_traj.audit.costs import (
     acceleration_cost,
     custom_cost,
     energy,

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from ocp_traj.case import load_case
-from ocp_traj.comparison.compare import compare
-from ocp_traj.comparison.plan import CaseChoice, Plan
-from ocp_traj.comparison.report import write_report
-from ocp_traj.comparison.store import Store
-from ocp_traj.solve import solve
+from ocp_traj.comparison.report.report import write_report
+from ocp_traj.comparison.runs.compare import compare
+from ocp_traj.comparison.runs.plan import CaseChoice, Plan
+from ocp_traj.comparison.runs.store import Store
 from ocp_traj.solvers import solver_names
+from ocp_traj.solving import solve
 
 POPULATIONS = ("pso", "pso-constriction", "pso-d", "ssa", "ssa-debiased", "issa-a", "issa-b", "t-ssa", "adf-ssa",
                "tadf-ssa", "de", "random", "cmaes")  # fmt: skip

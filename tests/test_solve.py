@@ -12,8 +12,8 @@ import pytest
 import ocp_traj as ot
 from metaheuristics import History, Solution, Status
 from ocp_traj.exceptions import UnknownNameError
-from ocp_traj.solve import judge, solve
 from ocp_traj.solvers import Outcome, Request, Solver
+from ocp_traj.solving import judge, solve
 from ocp_traj.task import Limits, TrajectoryTask
 from ocp_traj.trajectory_files import from_json
 from ocp_traj.transcription import CondensedNlp, trajectory_from_durations
@@ -143,7 +143,7 @@ def test_the_contracts_first_program_runs():
 
 def test_toppra_gives_no_start_where_waypoints_repeat():
     """Its path leaves repeated waypoints out, so it has fewer gaps than the task."""
-    from ocp_traj.solvers.starts import toppra_durations
+    from ocp_traj.solvers.gradient.starts import toppra_durations
 
     limits = Limits(velocity=1.0, acceleration=2.0)
     task = TrajectoryTask([[0.0], [1.0], [2.0]], limits)
@@ -153,7 +153,7 @@ def test_toppra_gives_no_start_where_waypoints_repeat():
 
 @pytest.mark.filterwarnings("error")
 def test_limits_are_drawn_in_but_not_beyond_the_waypoints():
-    from ocp_traj.solve import _tightened
+    from ocp_traj.solving import _tightened
 
     position = [[-1.0, -np.inf, -np.inf], [1.05, 2.0, np.inf]]
     limits = Limits(velocity=1.0, acceleration=4.0, position=position)
@@ -163,7 +163,7 @@ def test_limits_are_drawn_in_but_not_beyond_the_waypoints():
 
 
 def test_a_second_solve_gets_what_is_left_of_budget_and_time():
-    from ocp_traj.solve import _rest_of
+    from ocp_traj.solving import _rest_of
 
     result = ot.solve(ot.load_case("fang-2020-task-1"))
     spent = result.solution

@@ -10,7 +10,7 @@ Tent-chaos population, said to fill [0, 1] more evenly than pseudo-random number
 import numpy as np
 
 import ocp_traj as ot
-from metaheuristics.chaos import draw_tent, measure_uniformity
+from metaheuristics.algorithms.chaos import draw_tent, measure_uniformity
 from ocp_traj.robot.inverse_kinematics.domain_timing import measure_domain_timing
 
 task = ot.load_case("ur5-helix")

@@ -16,9 +16,9 @@ from ocp_traj.cli.output import console_for, overrides_option, print_table
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from ocp_traj.comparison.compare import Progress
-    from ocp_traj.comparison.plan import Plan
-    from ocp_traj.comparison.report import ReportFiles
+    from ocp_traj.comparison.report.report import ReportFiles
+    from ocp_traj.comparison.runs.compare import Progress
+    from ocp_traj.comparison.runs.plan import Plan
 
 
 @click.command(name="compare")
@@ -60,8 +60,8 @@ def compare_solvers(jobs: int | None, dask: str | None, output: str, **given: An
     Without arguments: ur5-torque-limited and machines-2024-490 with ipopt, ssa and pso, 3 seeds. What is
     finished is kept; the same command again does only what is missing.
     """
-    from ocp_traj.comparison.compare import compare
-    from ocp_traj.comparison.report import write_report
+    from ocp_traj.comparison.report.report import write_report
+    from ocp_traj.comparison.runs.compare import compare
 
     console = console_for(None)
     folder = Path(output)
@@ -85,7 +85,7 @@ def compare_solvers(jobs: int | None, dask: str | None, output: str, **given: An
 @click.argument("folder", metavar="DIR")
 def write_report_again(folder: str) -> None:
     """Rebuild the report of a finished or unfinished comparison in DIR."""
-    from ocp_traj.comparison.report import write_report
+    from ocp_traj.comparison.report.report import write_report
 
     console = console_for(None)
     with console.status("report …"):
@@ -112,7 +112,7 @@ def build_plan(
     from dataclasses import replace
 
     from ocp_traj.case import read_toml
-    from ocp_traj.comparison.plan import CaseChoice, Plan, canonical_name, plan_from_table
+    from ocp_traj.comparison.runs.plan import CaseChoice, Plan, canonical_name, plan_from_table
     from ocp_traj.solvers import parse_solver, split_solvers
 
     plan = Plan() if plan_file is None else plan_from_table(read_toml(Path(plan_file), plan_file), plan_file)
@@ -195,7 +195,7 @@ def show_progress(console: Console) -> Iterator[Callable[[Progress], None]]:
 
 def show_report(console: Console, files: ReportFiles, folder: Path) -> None:
     """Print the results and where everything is."""
-    from ocp_traj.comparison.tables import terminal_table
+    from ocp_traj.comparison.report.tables import terminal_table
 
     table = terminal_table(files.judgement)
     rows = [[cell.text for cell in row] for row in table.rows]

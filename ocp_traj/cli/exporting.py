@@ -56,7 +56,7 @@ def export_file(
 
 
 def _export_comparison(folder: Path, kind: str, target: Path) -> None:
-    from ocp_traj.comparison.store import Store, export_table
+    from ocp_traj.comparison.runs.store import Store, export_table
 
     if kind not in ("csv", "parquet"):
         raise InputError(f"{folder} is a comparison, expected --format csv or parquet")
@@ -73,7 +73,7 @@ def _export_motion(
     overrides: tuple[str, ...],
     target: Path,
 ) -> None:
-    from ocp_traj.comparison.export import sample_for_controller, to_ros2, to_urscript
+    from ocp_traj.controller_files import sample_for_controller, to_ros2, to_urscript
     from ocp_traj.trajectory_files import write_csv
 
     if kind == "parquet":

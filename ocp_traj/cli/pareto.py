@@ -23,7 +23,7 @@ from ocp_traj.cli.output import (
 from ocp_traj.exceptions import InputError
 
 if TYPE_CHECKING:
-    from ocp_traj.solvers.pareto import FrontPoint, ParetoFront
+    from ocp_traj.pareto import FrontPoint, ParetoFront
     from ocp_traj.task import TrajectoryTask
 
 INTERRUPTED = 130
@@ -75,7 +75,7 @@ def pareto_case(
     found is written in any case.
     """
     from ocp_traj.case import load_case
-    from ocp_traj.solvers.pareto import collect_front
+    from ocp_traj.pareto import collect_front
 
     _check_ending(picture)
     console = console_for(json_file)
@@ -104,7 +104,7 @@ def pareto_case(
 
 def _follow(task: TrajectoryTask, points: int, options: dict[str, Any]) -> tuple[list[FrontPoint], bool]:
     """Return the points found and whether Ctrl-C stopped the search; each is told on standard error."""
-    from ocp_traj.solvers.pareto import follow_front
+    from ocp_traj.pareto import follow_front
 
     found: list[FrontPoint] = []
     try:
@@ -122,7 +122,7 @@ def _follow(task: TrajectoryTask, points: int, options: dict[str, Any]) -> tuple
 
 def _check_ending(picture: str | None) -> None:
     """Refuse a picture that could not be written before the work is done."""
-    from ocp_traj.comparison.drawing import FORMATS
+    from ocp_traj.pictures.matplotlib_ import FORMATS
 
     if picture is not None and Path(picture).suffix.lower() not in FORMATS:
         raise InputError(f"{picture} ends in {Path(picture).suffix!r}, expected one of {', '.join(FORMATS)}")
@@ -132,7 +132,7 @@ def _write(front: ParetoFront, output: str | None, picture: str | None) -> None:
     if output is not None:
         write_text(Path(output), front_table(front))
     if picture is not None:
-        from ocp_traj.comparison.pareto_picture import save_front
+        from ocp_traj.pictures.pareto import save_front
 
         save_front(front, Path(picture))
 

@@ -12,7 +12,7 @@ from ocp_traj.cli.output import overrides_option
 from ocp_traj.exceptions import InputError
 
 if TYPE_CHECKING:
-    from ocp_traj.comparison.figure import Picture
+    from ocp_traj.pictures.picture import Picture
     from ocp_traj.task import TrajectoryTask
     from ocp_traj.trajectory import Trajectory
 
@@ -41,7 +41,7 @@ def plot_file(
     phase-plane: how fast its path can be driven. convergence, bounds, runtime, performance, data: of a comparison;
     the first two show one problem, choose it with --case.
     """
-    from ocp_traj.comparison.drawing import save_picture
+    from ocp_traj.pictures.matplotlib_ import save_picture
 
     path = Path(file)
     if path.is_dir():
@@ -57,10 +57,10 @@ def plot_file(
 
 
 def _comparison_picture(folder: Path, name: str, case: str | None) -> Picture:
-    from ocp_traj.comparison.bounds_picture import bounds_picture, problem_entries
-    from ocp_traj.comparison.comparison_pictures import COMPARISON_PICTURES, convergence_picture
-    from ocp_traj.comparison.judging import judge
-    from ocp_traj.comparison.store import Store
+    from ocp_traj.comparison.report.comparison_pictures import COMPARISON_PICTURES, convergence_picture
+    from ocp_traj.comparison.report.judging import judge
+    from ocp_traj.comparison.runs.store import Store
+    from ocp_traj.pictures.bounds import bounds_picture, problem_entries
 
     if name in MOTION_NAMES:
         raise InputError(
@@ -84,13 +84,13 @@ def _comparison_picture(folder: Path, name: str, case: str | None) -> Picture:
 
 
 def _motion_picture(path: Path, name: str, case: str | None, overrides: tuple[str, ...]) -> Picture:
-    from ocp_traj.comparison.pictures import MOTION_PICTURES
+    from ocp_traj.pictures.motion import MOTION_PICTURES
 
     if name not in MOTION_NAMES:
         raise InputError(f"{path} is a motion, expected one of the pictures {', '.join(MOTION_NAMES)}")
     motion = read_motion(path)
     if name == "phase-plane":
-        from ocp_traj.comparison.phase_plane import phase_plane_picture
+        from ocp_traj.pictures.phase_plane import phase_plane_picture
 
         return phase_plane_picture(task_of(motion, path, case, overrides), [motion])
     return MOTION_PICTURES[name](task_of(motion, path, case, overrides), motion)

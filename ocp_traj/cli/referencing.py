@@ -53,8 +53,8 @@ def reference_case(
     for name, said in table["messages"].items():
         console.print(f"{name.replace('_', ' ')}: {said}", markup=False)
     if picture is not None:
-        from ocp_traj.comparison.drawing import save_picture
-        from ocp_traj.comparison.reference_picture import references_picture
+        from ocp_traj.pictures.matplotlib_ import save_picture
+        from ocp_traj.pictures.references import references_picture
 
         durations = {} if motion is None else {"the result given": motion.duration}
         save_picture(references_picture(found, motion, durations), Path(picture))

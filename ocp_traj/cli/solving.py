@@ -53,7 +53,7 @@ def solve_case(
     Leaves with 0 when the answer is feasible, 1 when it is not.
     """
     from ocp_traj.case import load_case
-    from ocp_traj.solve import solve
+    from ocp_traj.solving import solve
 
     console = console_for(json_file)
     task = load_case(case, overrides)

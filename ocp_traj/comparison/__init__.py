@@ -1,4 +1,4 @@
 """Comparing solvers: plan, execution, store, judging, statistics, report and pictures.
 
-Nothing heavy is imported here; import the module you need, for instance ``ocp_traj.comparison.compare``.
+Nothing heavy is imported here; import the module you need, for instance ``ocp_traj.comparison.runs.compare``.
 """

@@ -172,7 +172,7 @@ def curve_label(knots: int, ends: str) -> str:
 def generations_budget(solver: str, generations: int) -> int:
     """Return the evaluations a population method spends in its first population and `generations` moves."""
     from ocp_traj.solvers import parse_solver
-    from ocp_traj.solvers.population import Population
+    from ocp_traj.solvers.population.population import Population
 
     parsed = parse_solver(solver)
     assert isinstance(parsed, Population)

@@ -35,8 +35,8 @@ def energy_table(task: TrajectoryTask, records: Records) -> Table:
 
 
 def _compute_energies(task: TrajectoryTask, shortest: list[float]) -> list[dict[str, Any]]:
-    from ocp_traj.energy import energy
-    from ocp_traj.solve import solve
+    from ocp_traj.audit.costs import energy
+    from ocp_traj.solving import solve
     from ocp_traj.task import Objective
     from ocp_traj.transcription import trajectory_from_durations
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.comparison.statistics import compare_pairs, friedman
+from ocp_traj.comparison.report.statistics import compare_pairs, friedman
 from ocp_traj.papers.paper import Claim
 
 SIGNIFICANT = 0.05

@@ -187,7 +187,7 @@ class PaperC(Paper):
 
 def step_factors() -> tuple[Any, dict[str, Any]]:
     """Return the generations and both adaptive factors over them."""
-    from metaheuristics.improved_tent import TentSparrowSearch
+    from metaheuristics.algorithms.tent_sparrow_search import TentSparrowSearch
 
     search = TentSparrowSearch()
     generations = np.arange(PaperC.protocol.generations + 1)

@@ -17,7 +17,7 @@ from ocp_traj.papers.paper import Paper
 
 if TYPE_CHECKING:
     from metaheuristics import History, Solution
-    from ocp_traj.solve import SolveResult
+    from ocp_traj.solving import SolveResult
     from ocp_traj.task import TrajectoryTask
 
 THINNED = 120
@@ -157,10 +157,10 @@ def _solve(
     task: TrajectoryTask, experiment: Experiment, seed: int
 ) -> tuple[SolveResult, dict[int, Solution]]:
     """Solve; with the per-joint protocol also return each joint's own solution."""
-    from ocp_traj.solve import judge, solve
     from ocp_traj.solvers import Request, parse_solver
     from ocp_traj.solvers.per_joint import join_joints, search_joints
-    from ocp_traj.solvers.population import Population
+    from ocp_traj.solvers.population.population import Population
+    from ocp_traj.solving import judge, solve
 
     solver = parse_solver(experiment.solver)
     if task.search.protocol == "per-joint" and isinstance(solver, Population):

@@ -6,7 +6,7 @@ import functools
 
 import numpy as np
 
-from metaheuristics.chaos import draw_tent, measure_uniformity
+from metaheuristics.algorithms.chaos import draw_tent, measure_uniformity
 from ocp_traj.arrays import Array
 from ocp_traj.papers.measures import claim_order
 from ocp_traj.papers.paper import Claim

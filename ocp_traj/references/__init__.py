@@ -9,22 +9,22 @@ from importlib import import_module
 from typing import Any
 
 _HOMES = {
-    "Certificate": "certificate",
-    "JerkEstimate": "jerk_motion",
-    "KinematicBound": "shortest_motion",
-    "ReferenceResult": "result",
+    "Certificate": "bounds.certify",
+    "JerkEstimate": "bounds.jerk_estimate",
+    "KinematicBound": "bounds.kinematic_bound",
+    "ReferenceResult": "timing.result",
     "ReferenceSet": "summary",
-    "certify": "certificate",
+    "certify": "bounds.certify",
     "collect_references": "summary",
-    "convex_reference": "convex",
-    "jerk_estimate": "jerk_motion",
-    "jerk_limited_reference": "jerk_path",
-    "LimitCurves": "speed_limits",
-    "kinematic_bound": "shortest_motion",
-    "limit_curves": "speed_limits",
+    "convex_reference": "timing.convex_reference",
+    "jerk_estimate": "bounds.jerk_estimate",
+    "jerk_limited_reference": "timing.jerk_limited_reference",
+    "LimitCurves": "timing.speed_limits",
+    "kinematic_bound": "bounds.kinematic_bound",
+    "limit_curves": "timing.speed_limits",
     "reference_columns": "summary",
     "references": "summary",
-    "toppra_reference": "time_optimal",
+    "toppra_reference": "timing.toppra_reference",
 }
 
 __all__ = sorted(_HOMES)

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ocp_traj.exceptions import InputError
-from ocp_traj.references.certificate import Certificate, certify
-from ocp_traj.references.convex import convex_reference
-from ocp_traj.references.jerk_motion import JerkEstimate, jerk_estimate
-from ocp_traj.references.jerk_path import jerk_limited_reference
-from ocp_traj.references.paths import WAYPOINT_PATHS
-from ocp_traj.references.result import ReferenceResult
-from ocp_traj.references.shortest_motion import KinematicBound, kinematic_bound
-from ocp_traj.references.time_optimal import toppra_reference
+from ocp_traj.references.bounds.certify import Certificate, certify
+from ocp_traj.references.bounds.jerk_estimate import JerkEstimate, jerk_estimate
+from ocp_traj.references.bounds.kinematic_bound import KinematicBound, kinematic_bound
+from ocp_traj.references.timing.convex_reference import convex_reference
+from ocp_traj.references.timing.jerk_limited_reference import jerk_limited_reference
+from ocp_traj.references.timing.paths import WAYPOINT_PATHS
+from ocp_traj.references.timing.result import ReferenceResult
+from ocp_traj.references.timing.toppra_reference import toppra_reference
 
 if TYPE_CHECKING:
     from ocp_traj.task import TrajectoryTask

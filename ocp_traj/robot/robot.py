@@ -19,7 +19,7 @@ from ocp_traj.robot.additions import STANDARD_GRAVITY, Friction, Payload, vector
 if TYPE_CHECKING:
     import casadi as ca
 
-    from ocp_traj.robot.batch_program import BatchProgram
+    from ocp_traj.codegen.batch_program import BatchProgram
     from ocp_traj.robot.links import Link
     from ocp_traj.robot.meshes import VisualMesh
 
@@ -301,9 +301,9 @@ class Robot:
 
     @cached_property
     def _program(self) -> BatchProgram:
-        from ocp_traj.robot.array_program import ArrayProgram
-        from ocp_traj.robot.compiled import find_compiler
-        from ocp_traj.robot.compiled_program import CompiledProgram
+        from ocp_traj.codegen.array_program import ArrayProgram
+        from ocp_traj.codegen.compiled import find_compiler
+        from ocp_traj.codegen.compiled_program import CompiledProgram
 
         if find_compiler() is None:
             return ArrayProgram(self.inverse_dynamics)

@@ -11,12 +11,12 @@ import numpy as np
 
 from metaheuristics import History, Solution
 from ocp_traj.audit import audit
-from ocp_traj.energy import objective_value
+from ocp_traj.audit.costs import objective_value
 from ocp_traj.exceptions import InputError
-from ocp_traj.solvers.counting import Counted
-from ocp_traj.solvers.gradient import Gradient
+from ocp_traj.solvers.gradient.gradient import Gradient
 from ocp_traj.solvers.per_joint import DEFAULT_BUDGET
-from ocp_traj.solvers.population import Population
+from ocp_traj.solvers.population.counting import Counted
+from ocp_traj.solvers.population.population import Population
 from ocp_traj.solvers.solver import Outcome, Request, Solver
 from ocp_traj.task import TrajectoryTask
 

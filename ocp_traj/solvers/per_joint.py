@@ -16,11 +16,11 @@ from ocp_traj.arrays import Array
 from ocp_traj.exceptions import InputError
 from ocp_traj.solvers.solver import Outcome, Request
 from ocp_traj.task import Boundary, Limits, Objective, TrajectoryTask
-from ocp_traj.transcription.condensed import CondensedNlp
+from ocp_traj.transcription.condensed.condensed import CondensedNlp
 from ocp_traj.transcription.curve import trajectory_from_durations
 
 if TYPE_CHECKING:
-    from ocp_traj.solvers.condensed import CondensedSolver
+    from ocp_traj.solvers.population.condensed import CondensedSolver
 
 DEFAULT_BUDGET = 20_000
 """Evaluations of all joints together when the request names none."""

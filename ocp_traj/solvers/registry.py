@@ -58,7 +58,7 @@ class SolverInfo:
 
 def _population(method: str, summary: str, requires: tuple[str, ...] = ()) -> Entry:
     return Entry(
-        "ocp_traj.solvers.population", "Population", "population", summary, {"method": method}, requires
+        "ocp_traj.solvers.population.population", "Population", "population", summary, {"method": method}, requires
     )
 
 
@@ -67,7 +67,7 @@ def _hybrid(method: str, summary: str, requires: tuple[str, ...] = ()) -> Entry:
 
 
 def _plugin(plugin: str, summary: str) -> Entry:
-    return Entry("ocp_traj.solvers.gradient", "Gradient", "gradient", summary, {"plugin": plugin})
+    return Entry("ocp_traj.solvers.gradient.gradient", "Gradient", "gradient", summary, {"plugin": plugin})
 
 
 ENTRIES: dict[str, Entry] = {
@@ -106,7 +106,7 @@ ENTRIES: dict[str, Entry] = {
     ),
     "cmaes+ipopt": _hybrid("cmaes", "CMA-ES, then IPOPT from the best few motions", ("cmaes",)),
     "ipopt-multistart": Entry(
-        "ocp_traj.solvers.multistart",
+        "ocp_traj.solvers.gradient.multistart",
         "MultiStart",
         "hybrid",
         "IPOPT from random proportions of the durations",

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from ocp_traj.exceptions import InputError
-from ocp_traj.nlp import Nlp
 from ocp_traj.spline import get_family
 from ocp_traj.task import TrajectoryTask
-from ocp_traj.transcription.condensed import CondensedNlp
+from ocp_traj.transcription.condensed.condensed import CondensedNlp
 from ocp_traj.transcription.curve import build_trajectory, trajectory_from_durations
 from ocp_traj.transcription.guess import initial_guess, insert_knots
-from ocp_traj.transcription.lifted import ExtraPoints, LiftedNlp
+from ocp_traj.transcription.lifted.lifted import ExtraPoints, LiftedNlp
+from ocp_traj.transcription.nlp import Nlp
 
 FORMS = ("condensed", "lifted")
 

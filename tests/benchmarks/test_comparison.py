@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ocp_traj.comparison.plan import CaseChoice, Plan
-from ocp_traj.comparison.record import RunRecord
-from ocp_traj.comparison.report import write_report
-from ocp_traj.comparison.store import Store
+from ocp_traj.comparison.report.report import write_report
+from ocp_traj.comparison.runs.plan import CaseChoice, Plan
+from ocp_traj.comparison.runs.record import RunRecord
+from ocp_traj.comparison.runs.store import Store
 
 FAKES = Path(__file__).parent.parent / "comparison"
 
@@ -21,8 +21,8 @@ _SCRIPT = """
 import sys, time
 from pathlib import Path
 import comparison_fakes as fakes
-from ocp_traj.comparison.compare import compare
-from ocp_traj.comparison.plan import CaseChoice, Plan
+from ocp_traj.comparison.runs.compare import compare
+from ocp_traj.comparison.runs.plan import CaseChoice, Plan
 
 def run(folder, seeds):
     plan = Plan((CaseChoice("one"),), ("work:1.0",), seeds=seeds, references=False, runner=fakes.RUNNER)

@@ -16,8 +16,8 @@ import pytest
 from scipy.interpolate import make_interp_spline
 
 from ocp_traj import load_case, load_robot
-from ocp_traj.robot.compiled import NO_COMPILER_VARIABLE, find_compiler
-from ocp_traj.transcription.condensed import CondensedNlp
+from ocp_traj.codegen.compiled import NO_COMPILER_VARIABLE, find_compiler
+from ocp_traj.transcription.condensed.condensed import CondensedNlp
 
 POPULATION = 100
 REPEATS = 30

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
+from ocp_traj.codegen.array_program import ArrayProgram
+from ocp_traj.codegen.compiled import compile_function, find_compiler
+from ocp_traj.codegen.compiled_program import CompiledProgram
 from ocp_traj.robot import Robot, load_robot
-from ocp_traj.robot.array_program import ArrayProgram
-from ocp_traj.robot.compiled import compile_function, find_compiler
-from ocp_traj.robot.compiled_program import CompiledProgram
 from ocp_traj.robot.inverse_kinematics import inverse_kinematics_of, poses_to_matrices
 from ocp_traj.robot.inverse_kinematics.domain_timing import measure_domain_timing
 

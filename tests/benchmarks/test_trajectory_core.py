@@ -16,7 +16,7 @@ from pytest_benchmark.fixture import BenchmarkFixture
 
 import ocp_traj as ot
 from ocp_traj.references import kinematic_bound
-from ocp_traj.solvers.gradient import Gradient
+from ocp_traj.solvers.gradient.gradient import Gradient
 from ocp_traj.task import Boundary, Limits, TrajectoryTask
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "differential"))

@@ -14,7 +14,7 @@ import pytest
 import yaml
 
 from ocp_traj.cli.main import _COMMANDS, run
-from ocp_traj.comparison.store import Store
+from ocp_traj.comparison.runs.store import Store
 
 HEAVY = (
     "casadi",

@@ -76,7 +76,7 @@ def test_a_case_without_any_motion_leaves_with_1_and_its_reason(case: str, tmp_p
 
 
 def test_ctrl_c_keeps_the_points_found(case: str, tmp_path: Path, monkeypatch, capsys) -> None:
-    from ocp_traj.solvers import pareto
+    from ocp_traj import pareto
 
     whole = pareto.follow_front
 

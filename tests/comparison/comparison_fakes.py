@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ocp_traj.comparison.plan import CaseChoice
+from ocp_traj.comparison.runs.plan import CaseChoice
 
 RUNNER = "comparison_fakes:run"
 

@@ -13,8 +13,8 @@ from typing import Any
 import comparison_fakes as fakes
 import pytest
 
-from ocp_traj.comparison import child, environment, supervisor
-from ocp_traj.comparison.plan import CaseChoice, Plan
+from ocp_traj.comparison.runs import child, environment, supervisor
+from ocp_traj.comparison.runs.plan import CaseChoice, Plan
 
 
 def request(solver: str, **changes: Any) -> dict[str, Any]:
@@ -32,7 +32,7 @@ def test_requests_are_answered_line_by_line_and_printing_does_not_disturb(tmp_pa
     )
     lines = [{"runner": "noisy_runner:run", "seed": seed} for seed in (4, 5)]
     done = subprocess.run(
-        [sys.executable, "-m", "ocp_traj.comparison.child", "noisy_runner"],
+        [sys.executable, "-m", "ocp_traj.comparison.runs.child", "noisy_runner"],
         input="".join(json.dumps(line) + "\n" for line in lines),
         capture_output=True,
         text=True,
@@ -100,7 +100,7 @@ def test_a_child_does_not_outlive_its_parent(tmp_path: Path, platform: str) -> N
         "import subprocess, sys\n"
         "code = '''import sys, time\n"
         f"sys.platform = {platform!r}\n"
-        "from ocp_traj.comparison.child import die_with_parent\n"
+        "from ocp_traj.comparison.runs.child import die_with_parent\n"
         "die_with_parent()\n"
         'print("ready", flush=True)\n'
         "time.sleep(60)'''\n"

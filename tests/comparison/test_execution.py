@@ -14,9 +14,9 @@ from typing import Any
 import comparison_fakes as fakes
 import pytest
 
-from ocp_traj.comparison.compare import Progress, compare
-from ocp_traj.comparison.plan import CaseChoice, Plan
-from ocp_traj.comparison.store import Row, Store
+from ocp_traj.comparison.runs.compare import Progress, compare
+from ocp_traj.comparison.runs.plan import CaseChoice, Plan
+from ocp_traj.comparison.runs.store import Row, Store
 from ocp_traj.exceptions import InputError, UnavailableError
 
 
@@ -89,7 +89,7 @@ def test_a_lie_about_success_is_an_infeasible_row_with_a_wrong_return_code(
 
 
 def test_an_idle_child_that_was_killed_is_replaced(tmp_path: Path) -> None:
-    from ocp_traj.comparison.supervisor import Supervisor
+    from ocp_traj.comparison.runs.supervisor import Supervisor
 
     supervisor = Supervisor("comparison_fakes")
     request = plan(("good",)).runs(fakes.identify)[0].to_json()
@@ -141,7 +141,7 @@ def final_table(folder: Path) -> list[tuple[Any, ...]]:
 
 
 def test_two_comparisons_do_not_write_into_one_folder(tmp_path: Path) -> None:
-    from ocp_traj.comparison.compare import _only_writer
+    from ocp_traj.comparison.runs.compare import _only_writer
 
     with _only_writer(tmp_path), pytest.raises(InputError, match="another comparison is writing"):
         compare(plan(("good",)), tmp_path, identify=fakes.identify)
@@ -177,8 +177,8 @@ _SCRIPT = """
 import sys
 from pathlib import Path
 import comparison_fakes as fakes
-from ocp_traj.comparison.compare import compare
-from ocp_traj.comparison.plan import CaseChoice, Plan
+from ocp_traj.comparison.runs.compare import compare
+from ocp_traj.comparison.runs.plan import CaseChoice, Plan
 solvers = ("sleep:0.12", "sleep:0.15", "segfault", "sleep:0.1")
 cases = (CaseChoice("one"), CaseChoice("two"))
 plan = Plan(cases, solvers, seeds=4, references=False, runner=fakes.RUNNER)

@@ -10,7 +10,7 @@ import yaml
 from scipy.interpolate import CubicSpline
 
 from ocp_traj.audit import audit
-from ocp_traj.comparison.export import (
+from ocp_traj.controller_files import (
     interpolated,
     sample_for_controller,
     sampling_times,

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocp_traj.comparison.axes import Axis, fit_axis
-from ocp_traj.comparison.drawing import save_picture
-from ocp_traj.comparison.figure import Band, Line, Panel, Picture
-from ocp_traj.comparison.pictures import (
+from ocp_traj.exceptions import InputError
+from ocp_traj.pictures.axes import Axis, fit_axis
+from ocp_traj.pictures.matplotlib_ import save_picture
+from ocp_traj.pictures.motion import (
     motion_picture,
     path_length,
     path_picture,
@@ -19,8 +19,8 @@ from ocp_traj.comparison.pictures import (
     sample_limits,
     tool_path,
 )
-from ocp_traj.comparison.svg import draw_picture
-from ocp_traj.exceptions import InputError
+from ocp_traj.pictures.picture import Band, Line, Panel, Picture
+from ocp_traj.pictures.svg import draw_picture
 from ocp_traj.robot import load_robot
 from ocp_traj.task import Limits, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
@@ -73,7 +73,7 @@ def test_the_tool_path_is_the_robots(case: tuple[TrajectoryTask, Trajectory]) ->
 
 
 def test_the_energy_shown_is_that_of_the_samples(case: tuple[TrajectoryTask, Trajectory]) -> None:
-    from ocp_traj.energy import energy
+    from ocp_traj.audit.costs import energy
 
     exact = energy(*case)
     assert exact is not None

@@ -7,7 +7,7 @@ from typing import Any
 import comparison_fakes as fakes
 import pytest
 
-from ocp_traj.comparison.plan import (
+from ocp_traj.comparison.runs.plan import (
     CaseChoice,
     Plan,
     RunSpec,

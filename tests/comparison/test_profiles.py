@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ocp_traj.comparison.profiles import (
+from ocp_traj.comparison.report.profiles import (
     Course,
     best_at,
     course_of,
@@ -17,8 +17,8 @@ from ocp_traj.comparison.profiles import (
     performance_profiles,
     simulate_restarts,
 )
-from ocp_traj.comparison.record import RunRecord
-from ocp_traj.comparison.store import Row
+from ocp_traj.comparison.runs.record import RunRecord
+from ocp_traj.comparison.runs.store import Row
 
 INF = np.inf
 HISTORY: dict[str, Any] = {

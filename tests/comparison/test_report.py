@@ -12,13 +12,13 @@ import comparison_fakes as fakes
 import numpy as np
 import pytest
 
-from ocp_traj.comparison.document import format_number
-from ocp_traj.comparison.judging import judge
-from ocp_traj.comparison.plan import CaseChoice, Plan
-from ocp_traj.comparison.record import RunRecord
-from ocp_traj.comparison.report import write_report
-from ocp_traj.comparison.store import Store
-from ocp_traj.comparison.story import tell_story
+from ocp_traj.comparison.report.document import format_number
+from ocp_traj.comparison.report.judging import judge
+from ocp_traj.comparison.report.report import write_report
+from ocp_traj.comparison.report.story import tell_story
+from ocp_traj.comparison.runs.plan import CaseChoice, Plan
+from ocp_traj.comparison.runs.record import RunRecord
+from ocp_traj.comparison.runs.store import Store
 
 ENVIRONMENT: dict[str, Any] = {
     "python": "3.x",

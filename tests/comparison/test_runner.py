@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ocp_traj.comparison.record import RunRecord
-from ocp_traj.comparison.runner import (
+from ocp_traj.comparison.runs.record import RunRecord
+from ocp_traj.comparison.runs.runner import (
     HISTORY_POINTS,
     bound_duration,
     claims_success,
@@ -51,7 +51,7 @@ def request_for(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 @pytest.fixture(scope="module")
 def result(request_for: dict[str, Any]) -> Any:
     from ocp_traj.case import load_case
-    from ocp_traj.solve import solve
+    from ocp_traj.solving import solve
 
     return solve(load_case(request_for["case"]), "ipopt")
 

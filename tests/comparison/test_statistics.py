@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from ocp_traj.comparison.statistics import (
+from ocp_traj.comparison.report.statistics import (
     bootstrap_median,
     compare_pairs,
     describe_superiority,

@@ -9,9 +9,9 @@ from pathlib import Path
 import comparison_fakes as fakes
 import pytest
 
-from ocp_traj.comparison.plan import CaseChoice, Plan
-from ocp_traj.comparison.record import RunRecord
-from ocp_traj.comparison.store import FILE_NAME, MIGRATIONS, Store, export_table, missing
+from ocp_traj.comparison.runs.plan import CaseChoice, Plan
+from ocp_traj.comparison.runs.record import RunRecord
+from ocp_traj.comparison.runs.store import FILE_NAME, MIGRATIONS, Store, export_table, missing
 from ocp_traj.exceptions import InputError
 
 PLAN = Plan((CaseChoice("one"),), ("a", "b"), seeds=2)

@@ -7,7 +7,7 @@ from peer_drake import solve_with_drake
 
 import ocp_traj as ot
 from ocp_traj.references import kinematic_bound
-from ocp_traj.solvers.gradient import Gradient
+from ocp_traj.solvers.gradient.gradient import Gradient
 
 pytest.importorskip("pydrake")
 

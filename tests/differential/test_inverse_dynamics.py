@@ -8,7 +8,7 @@ import pytest
 
 import ocp_traj as ot
 from ocp_traj.robot.packaged import data_folder
-from ocp_traj.solvers.gradient import Gradient
+from ocp_traj.solvers.gradient.gradient import Gradient
 
 
 def test_a_torque_limited_motion_keeps_its_limits_by_pinocchio_alone() -> None:

@@ -6,7 +6,7 @@ import pytest
 from peer_pyroboplan import solve_with_pyroboplan
 
 import ocp_traj as ot
-from ocp_traj.solvers.gradient import Gradient
+from ocp_traj.solvers.gradient.gradient import Gradient
 
 pytest.importorskip("pyroboplan")
 

@@ -7,7 +7,7 @@ import pytest
 from peer_ruckig import random_task, solve_with_ruckig
 
 import ocp_traj as ot
-from ocp_traj.solvers.gradient import Gradient
+from ocp_traj.solvers.gradient.gradient import Gradient
 from ocp_traj.task import TrajectoryTask
 
 pytest.importorskip("ruckig")

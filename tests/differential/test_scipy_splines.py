@@ -7,7 +7,7 @@ import pytest
 from scipy.interpolate import CubicSpline, make_interp_spline
 
 import ocp_traj as ot
-from ocp_traj.solvers.gradient import Gradient
+from ocp_traj.solvers.gradient.gradient import Gradient
 from ocp_traj.task import Boundary
 
 

@@ -10,7 +10,7 @@ from public_examples import toppra_kinematics
 
 import ocp_traj as ot
 from ocp_traj.references import kinematic_bound, toppra_reference
-from ocp_traj.solvers.gradient import Gradient
+from ocp_traj.solvers.gradient.gradient import Gradient
 
 
 def test_nobody_is_shorter_than_the_certified_bound_on_toppras_example() -> None:

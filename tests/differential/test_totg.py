@@ -10,7 +10,7 @@ from public_examples import moveit_test1, moveit_test3
 
 import ocp_traj as ot
 from ocp_traj.references import kinematic_bound
-from ocp_traj.solvers.gradient import Gradient
+from ocp_traj.solvers.gradient.gradient import Gradient
 
 PRINTED_TEST1, PRINTED_TEST3 = 40.080256821829849, 1919.5597888812974
 """Durations MoveIt's tests expect, s."""

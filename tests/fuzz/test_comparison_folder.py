@@ -13,10 +13,10 @@ import pytest
 
 from ocp_traj.case import load_case, task_digest
 from ocp_traj.cli.main import run
-from ocp_traj.comparison.plan import CaseChoice, Plan
-from ocp_traj.comparison.record import RunRecord
-from ocp_traj.comparison.report import write_report
-from ocp_traj.comparison.store import FILE_NAME, Store
+from ocp_traj.comparison.report.report import write_report
+from ocp_traj.comparison.runs.plan import CaseChoice, Plan
+from ocp_traj.comparison.runs.record import RunRecord
+from ocp_traj.comparison.runs.store import FILE_NAME, Store
 from ocp_traj.exceptions import InputError
 
 CASE = "fang-2020-task-1"
@@ -218,7 +218,7 @@ def test_what_cannot_be_written_is_named_and_leaves_no_part(
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("ocp_traj.comparison.report.os.replace", full)
+    monkeypatch.setattr("ocp_traj.comparison.report.report.os.replace", full)
     with pytest.raises(InputError, match=r"cannot write .*report.md: No space left"):
         write_report(folder)
     with (

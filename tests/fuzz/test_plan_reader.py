@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from ocp_traj.case import read_toml
 from ocp_traj.cli.main import run
-from ocp_traj.comparison.plan import Plan, plan_from_table
+from ocp_traj.comparison.runs.plan import Plan, plan_from_table
 from ocp_traj.exceptions import InputError
 
 VALUES = st.recursive(

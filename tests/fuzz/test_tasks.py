@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from ocp_traj.case import task_digest
 from ocp_traj.exceptions import InputError, TaskError, UnknownNameError
-from ocp_traj.nlp import Nlp
 from ocp_traj.spline import get_family
 from ocp_traj.task import Boundary, CustomConstraint, Limits, Objective, Search, TrajectoryTask
 from ocp_traj.transcription import trajectory_from_durations, transcribe
+from ocp_traj.transcription.nlp import Nlp
 
 POINTS = [[0.0, 0.0], [1.0, 2.0], [2.0, 0.0]]
 ODD = st.recursive(

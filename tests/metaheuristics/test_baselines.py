@@ -11,8 +11,8 @@ from metaheuristics import (
     minimize,
     minimize_restarting,
 )
-from metaheuristics.constrained_problems import CLASSICS, ConstrainedProblem
-from metaheuristics.standard_problems import (
+from metaheuristics.test_problems.constrained import CLASSICS, ConstrainedProblem
+from metaheuristics.test_problems.standard import (
     HALF_WIDTHS,
     Ackley,
     Ellipsoid,
@@ -86,7 +86,7 @@ def test_random_search_is_uniform_and_independent_of_costs():
 
 
 def test_covariance_matrix_adaptation_solves_a_rotated_ellipsoid_to_ten_digits():
-    cma_evolution = pytest.importorskip("metaheuristics.cma_evolution")
+    cma_evolution = pytest.importorskip("metaheuristics.algorithms.covariance_matrix_adaptation")
     problem = make_shifted(Ellipsoid, 5, make_rng(2), rotated=True)
     optimizer = cma_evolution.CovarianceMatrixAdaptation(population=12)
     best = minimize(problem, optimizer, budget=8000, rng=make_rng(3))

@@ -10,7 +10,7 @@ from metaheuristics import (
     measure_shift_dependence,
     measure_structural_bias,
 )
-from metaheuristics.bias import (
+from metaheuristics.test_problems.bias import (
     find_diagonal_p_value,
     find_kolmogorov_p_value,
     measure_uniform_distance,

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from metaheuristics.chaos import (
+from metaheuristics.algorithms.chaos import (
     draw_logistic,
     draw_logistic_sine,
     draw_tent,

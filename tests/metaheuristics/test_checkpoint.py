@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from metaheuristics import Checkpoint, SparrowSearch, make_optimizer, minimize, registry
-from metaheuristics.standard_problems import Rastrigin
+from metaheuristics.test_problems.standard import Rastrigin
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -88,7 +88,7 @@ def test_a_process_killed_for_good_leaves_a_file_to_go_on_from(tmp_path):
 import os, signal
 import numpy as np
 from metaheuristics import Checkpoint, ParticleSwarm, minimize
-from metaheuristics.standard_problems import Rastrigin
+from metaheuristics.test_problems.standard import Rastrigin
 def callback(progress):
     if progress.generation == 23:
         os.kill(os.getpid(), signal.SIGKILL)

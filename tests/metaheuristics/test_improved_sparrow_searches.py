@@ -12,10 +12,10 @@ from metaheuristics import (
     TentSparrowSearch,
     minimize,
 )
-from metaheuristics.improved_elite import MUTATION, OPPOSITION, find_mutation_scale
-from metaheuristics.improved_levy import draw_levy, find_levy_scale
-from metaheuristics.sparrow_search import PRODUCERS, SCOUTS
-from metaheuristics.standard_problems import Sphere
+from metaheuristics.algorithms.elite_sparrow_search import MUTATION, OPPOSITION, find_mutation_scale
+from metaheuristics.algorithms.levy_sparrow_search import draw_levy, find_levy_scale
+from metaheuristics.algorithms.sparrow_search import PRODUCERS, SCOUTS
+from metaheuristics.test_problems.standard import Sphere
 
 POSITIONS = [[2.0, -4.0], [3.0, 0.0], [1.0, 1.0], [0.0, 5.0], [4.0, 4.0]]
 

@@ -24,7 +24,7 @@ from metaheuristics import (
     registry,
     unavailable,
 )
-from metaheuristics.standard_problems import Rastrigin, Sphere, draw_rotation
+from metaheuristics.test_problems.standard import Rastrigin, Sphere, draw_rotation
 
 NAMES = sorted(registry)
 

@@ -11,7 +11,7 @@ from metaheuristics import (
     SparrowSearch,
     TentSparrowSearch,
 )
-from metaheuristics.improved_elite import MUTATION, OPPOSITION
+from metaheuristics.algorithms.elite_sparrow_search import MUTATION, OPPOSITION
 
 
 def flock(optimizer, positions, half_width=8.0):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from metaheuristics import Evaluation, ParticleSwarm, minimize
-from metaheuristics.standard_problems import Sphere
+from metaheuristics.test_problems.standard import Sphere
 
 
 def make_swarm_state(optimizer, positions, velocities, bests, leader, *, generation=0, total=10):

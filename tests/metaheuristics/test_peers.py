@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from metaheuristics import ParticleSwarm, SparrowSearch, make_optimizer, minimize
-from metaheuristics.standard_problems import Rastrigin, Sphere, make_shifted
+from metaheuristics.test_problems.standard import Rastrigin, Sphere, make_shifted
 
 SEEDS = range(20)
 BUDGET = 10_000

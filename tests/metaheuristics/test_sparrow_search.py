@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from metaheuristics import Evaluation, SparrowSearch, minimize
+from metaheuristics.algorithms.sparrow_search import PRODUCERS, SCOUTS, SCROUNGERS
 from metaheuristics.bounds import clip
-from metaheuristics.sparrow_search import PRODUCERS, SCOUTS, SCROUNGERS
-from metaheuristics.standard_problems import Rastrigin
+from metaheuristics.test_problems.standard import Rastrigin
 
 
 def make_flock(optimizer, positions, cost=None, *, phase=PRODUCERS, total=10, half_width=100.0, rows=None):

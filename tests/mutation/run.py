@@ -116,13 +116,13 @@ AREAS: dict[str, dict[str, tuple[str, ...]]] = {
                 *("torque", "torque_rate", "cartesian_speed", "custom"),
             )
         },
-        "ocp_traj/solvers/refinement.py": ("tests/solvers/test_refinement.py",),
-        "ocp_traj/nlp.py": (POPULATION, "tests/transcription/test_condensed.py"),
+        "ocp_traj/solvers/gradient/refinement.py": ("tests/solvers/test_refinement.py",),
+        "ocp_traj/transcription/nlp.py": (POPULATION, "tests/transcription/test_condensed.py"),
         "ocp_traj/task.py": ("tests/test_task.py", ROWS, POPULATION, "tests/test_case_errors.py"),
         "ocp_traj/case/limits.py": ("tests/test_case.py", "tests/test_case_errors.py"),
     },
     "metaheuristics": {
-        "metaheuristics/particle_swarm.py": (
+        "metaheuristics/algorithms/particle_swarm.py": (
             "tests/metaheuristics/test_particle_swarm.py",
             "tests/metaheuristics/test_mutants.py",
         ),

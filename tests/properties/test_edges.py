@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ocp_traj.audit import audit
-from ocp_traj.solve import solve
+from ocp_traj.solving import solve
 from ocp_traj.task import Limits, Objective, TrajectoryTask
 
 

@@ -139,7 +139,7 @@ def test_a_folder_that_stops_taking_files_is_named(tmp_path, monkeypatch, capsys
 
 
 def test_a_clock_that_goes_backwards_does_not_stop_a_time_limit(monkeypatch):
-    from ocp_traj.solve import solve
+    from ocp_traj.solving import solve
     from ocp_traj.task import Limits, TrajectoryTask
 
     now = time.time()

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from random_tasks import random_task
 
 from ocp_traj.audit import audit
-from ocp_traj.solve import solve
+from ocp_traj.solving import solve
 from ocp_traj.task import Limits, TrajectoryTask
 from ocp_traj.transcription import insert_knots
 

@@ -8,7 +8,7 @@ import pytest
 from random_problems import RandomProblem, random_problem
 
 from ocp_traj.exceptions import TaskError
-from ocp_traj.solve import solve
+from ocp_traj.solving import solve
 
 FEW, SOME, MANY = 20, 14, 1000
 SOLVED = 0.99

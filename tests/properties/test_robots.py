@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 from ocp_traj.audit import audit
 from ocp_traj.robot import Robot
-from ocp_traj.solve import solve
+from ocp_traj.solving import solve
 from ocp_traj.task import Limits, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 

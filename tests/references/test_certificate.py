@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ocp_traj.references import certify
-from ocp_traj.references.certificate import _SplineBounds, exact_total
-from ocp_traj.references.enclosure import Enclosure
+from ocp_traj.references.bounds.certify import _SplineBounds, exact_total
+from ocp_traj.references.bounds.enclosure import Enclosure
 from ocp_traj.spline import EndConditions, get_family
 from ocp_traj.task import Boundary, Limits, Objective, TrajectoryTask
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ocp_traj.references import convex_problem
-from ocp_traj.references.convex import keep_rows, timing_numbers, typical_profile
-from ocp_traj.references.convex_problem import TimingProblem, solve_numbers
-from ocp_traj.references.half_planes import _clip_lines, touching
-from ocp_traj.references.path_limits import path_rows
-from ocp_traj.references.paths import geometric_path, sample_path
-from ocp_traj.references.timing import scale_rows, time_unit
+from ocp_traj.references.timing.convex_problem import TimingProblem, solve_numbers
+from ocp_traj.references.timing.convex_reference import keep_rows, timing_numbers, typical_profile
+from ocp_traj.references.timing.half_planes import _clip_lines, touching
+from ocp_traj.references.timing.path_limits import path_rows
+from ocp_traj.references.timing.paths import geometric_path, sample_path
+from ocp_traj.references.timing.timing import convex_problem, scale_rows, time_unit
 from ocp_traj.task import Boundary, Limits, TrajectoryTask
 
 
@@ -60,7 +59,7 @@ def test_moving_rows_gives_what_cvxpy_compiles_itself(monkeypatch: pytest.Monkey
     given = numbers.given()
     shapes = tuple((name, value.shape) for name, value in given.items())
     ours = TimingProblem(shapes).solve(given)
-    monkeypatch.setattr("ocp_traj.references.convex_problem.timing_solver", lambda: cp.CLARABEL)
+    monkeypatch.setattr("ocp_traj.references.timing.convex_problem.timing_solver", lambda: cp.CLARABEL)
     theirs = TimingProblem(shapes).solve(given)
     assert ours.status == theirs.status == "optimal"
     assert ours.objective == pytest.approx(theirs.objective, rel=1e-12)

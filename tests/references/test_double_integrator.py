@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from ocp_traj.references.double_integrator import JointLimits, feasible, shortest_total
+from ocp_traj.references.bounds.double_integrator import JointLimits, feasible, shortest_total
 
 
 def one_joint(distances: list[float], speed: float, up: float, down: float) -> JointLimits:

@@ -7,7 +7,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from ocp_traj.exceptions import InputError
-from ocp_traj.references.paths import geometric_path, sample_path
+from ocp_traj.references.timing.paths import geometric_path, sample_path
 from ocp_traj.task import Boundary, Limits, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 

@@ -9,8 +9,8 @@ import pytest
 
 import ocp_traj.references as package
 from ocp_traj.references import collect_references, toppra_reference
-from ocp_traj.references.result import ReferenceResult
-from ocp_traj.references.time_optimal import LARGEST_GRID, refine
+from ocp_traj.references.timing.result import ReferenceResult
+from ocp_traj.references.timing.toppra_reference import LARGEST_GRID, refine
 from ocp_traj.task import Boundary, Limits, TrajectoryTask
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from ocp_traj.exceptions import InputError
 from ocp_traj.references import ReferenceResult, convex_reference, toppra_reference
-from ocp_traj.references.time_optimal import refine
+from ocp_traj.references.timing.toppra_reference import refine
 from ocp_traj.task import Boundary, Limits, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ocp_traj.references import convex_reference, toppra_reference
-from ocp_traj.references.path_limits import path_rows
-from ocp_traj.references.paths import geometric_path, sample_path
+from ocp_traj.references.timing.path_limits import path_rows
+from ocp_traj.references.timing.paths import geometric_path, sample_path
 from ocp_traj.robot import Friction, Robot, load_robot
 from ocp_traj.task import Limits, TrajectoryTask
 

@@ -13,11 +13,11 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from ocp_traj.codegen.array_program import ArrayProgram
+from ocp_traj.codegen.compiled import cache_folder, compile_function, find_compiler
+from ocp_traj.codegen.compiled_program import CompiledProgram
 from ocp_traj.exceptions import InputError, UnavailableError
 from ocp_traj.robot import load_robot
-from ocp_traj.robot.array_program import ArrayProgram
-from ocp_traj.robot.compiled import cache_folder, compile_function, find_compiler
-from ocp_traj.robot.compiled_program import CompiledProgram
 from ocp_traj.robot.inverse_dynamics import newton_euler
 from ocp_traj.robot.regrouping import regrouped, split_rotation
 
@@ -99,7 +99,7 @@ def test_an_unreadable_record_is_replaced(own_cache: Path) -> None:
 @needs_compiler
 def test_processes_that_compile_the_same_at_once_all_succeed(own_cache: Path) -> None:
     code = (
-        "import casadi as ca; from ocp_traj.robot.compiled import compile_function; x = ca.SX.sym('x', 3);"
+        "import casadi as ca; from ocp_traj.codegen.compiled import compile_function; x = ca.SX.sym('x', 3);"
         "f = compile_function(ca.Function('shared', [x], [ca.sin(x) * ca.sum1(x)]));"
         "print(f.class_name(), float(ca.sum1(f([1, 2, 3]))))"
     )
@@ -300,7 +300,7 @@ def test_a_turn_about_the_axis_is_split_off_a_rotation() -> None:
 def test_dynamics_that_do_not_compile_run_in_numpy_and_say_so(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    from ocp_traj.robot import compiled_program
+    from ocp_traj.codegen import compiled_program
 
     def refuse(_: ca.Function) -> None:
         raise UnavailableError("the compiler crashed")

@@ -7,8 +7,8 @@ import pytest
 
 from ocp_traj.exceptions import TaskError
 from ocp_traj.robot import load_robot
-from ocp_traj.solve import SolveResult, solve
-from ocp_traj.solvers.diagnosis import certain_conflict
+from ocp_traj.solvers.gradient.diagnosis import certain_conflict
+from ocp_traj.solving import SolveResult, solve
 from ocp_traj.task import Boundary, Limits, Objective, TrajectoryTask
 
 ARM_POINTS = np.deg2rad(

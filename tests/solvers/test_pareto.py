@@ -8,11 +8,9 @@ from dataclasses import FrozenInstanceError
 import numpy as np
 import pytest
 
-from ocp_traj.energy import energy, jerk_cost
+from ocp_traj.audit.costs import energy, jerk_cost
 from ocp_traj.exceptions import InputError
-from ocp_traj.robot import load_robot
-from ocp_traj.solve import solve
-from ocp_traj.solvers.pareto import (
+from ocp_traj.pareto import (
     FAST,
     UNITS,
     dominated_points,
@@ -20,6 +18,8 @@ from ocp_traj.solvers.pareto import (
     pareto_front,
     second_objective,
 )
+from ocp_traj.robot import load_robot
+from ocp_traj.solving import solve
 from ocp_traj.task import Boundary, CustomObjective, Limits, Motor, Objective, TrajectoryTask
 
 LIMITS = Limits(velocity=2.0, acceleration=4.0, jerk=60.0)
@@ -133,7 +133,7 @@ def test_a_task_without_any_motion_is_one_infeasible_point_with_its_reason() -> 
 
 
 def test_a_better_kind_of_motion_found_late_is_carried_back(monkeypatch: pytest.MonkeyPatch) -> None:
-    from ocp_traj.solvers import pareto
+    from ocp_traj import pareto
 
     real, calls = pareto.solve, []
 

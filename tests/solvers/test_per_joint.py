@@ -8,9 +8,9 @@ from condensed_tasks import LIMITS, OBJECTIVES, make_task
 
 from ocp_traj import load_case
 from ocp_traj.exceptions import InputError
-from ocp_traj.solve import SolveResult, solve
 from ocp_traj.solvers.per_joint import joint_task, moving_gaps, synchronise
-from ocp_traj.transcription.condensed import CondensedNlp
+from ocp_traj.solving import SolveResult, solve
+from ocp_traj.transcription.condensed.condensed import CondensedNlp
 
 ALONE = np.array(
     [

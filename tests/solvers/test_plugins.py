@@ -7,10 +7,9 @@ import pytest
 
 from metaheuristics import Status
 from ocp_traj.exceptions import UnavailableError
-from ocp_traj.solve import solve
 from ocp_traj.solvers import parse_solver, solver_table
-from ocp_traj.solvers.gradient import Gradient
-from ocp_traj.solvers.plugins import (
+from ocp_traj.solvers.gradient.gradient import Gradient
+from ocp_traj.solvers.gradient.plugins import (
     PLUGINS,
     Plugin,
     plugin_named,
@@ -18,6 +17,7 @@ from ocp_traj.solvers.plugins import (
     readable_reason,
     unavailable_reason,
 )
+from ocp_traj.solving import solve
 from ocp_traj.task import Limits, TrajectoryTask
 
 PAGE = """.../casadi_os.cpp:335: Assertion "handle!=nullptr" failed:

@@ -11,8 +11,8 @@ from condensed_tasks import LIMITS, OBJECTIVES, make_task
 
 from metaheuristics import Evaluation
 from ocp_traj import load_case
-from ocp_traj.solve import solve
-from ocp_traj.transcription.condensed import CondensedNlp
+from ocp_traj.solving import solve
+from ocp_traj.transcription.condensed.condensed import CondensedNlp
 
 METHODS = (
     "pso",

@@ -19,11 +19,11 @@ from row_oracle import (
     torque_rate,
 )
 
-from ocp_traj.solvers import refinement
-from ocp_traj.solvers.refinement import broken_points, new_points, segment_gaps
+from ocp_traj.solvers.gradient.gradient import refinement
+from ocp_traj.solvers.gradient.refinement import broken_points, new_points, segment_gaps
 from ocp_traj.task import Boundary, CustomConstraint, Limits, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
-from ocp_traj.transcription.lifted import ExtraPoints
+from ocp_traj.transcription.lifted.lifted import ExtraPoints
 
 FRACTIONS = np.linspace(0.0, 1.0, 401)
 KNOTS = 1

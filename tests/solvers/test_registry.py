@@ -9,12 +9,12 @@ import pytest
 from condensed_tasks import LIMITS, make_task
 
 from ocp_traj.exceptions import InputError, UnavailableError, UnknownNameError
-from ocp_traj.solve import solve
 from ocp_traj.solvers import parse_solver, solver_names, solver_table, split_solvers
+from ocp_traj.solvers.gradient.multistart import MultiStart
 from ocp_traj.solvers.hybrid import Hybrid
-from ocp_traj.solvers.multistart import MultiStart
-from ocp_traj.solvers.population import Population
+from ocp_traj.solvers.population.population import Population
 from ocp_traj.solvers.registry import ENTRIES
+from ocp_traj.solving import solve
 
 TINY = '''
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ from typing import ClassVar
 
 from metaheuristics import History, Solution, Status
 from ocp_traj.solvers import Outcome, Solver
-from ocp_traj.transcription.condensed import CondensedNlp
+from ocp_traj.transcription.condensed.condensed import CondensedNlp
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ def test_a_missing_library_is_the_reason_of_its_solvers(
     own_entry_points: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "pymoo", None)
-    for name in [name for name in sys.modules if name.startswith("ocp_traj.solvers.third_party_pymoo")]:
+    for name in [name for name in sys.modules if name.startswith("ocp_traj.solvers.third_party.pymoo_")]:
         monkeypatch.delitem(sys.modules, name)
     rows = {row.name: row for row in solver_table()}
     assert not rows["pymoo-pso"].available

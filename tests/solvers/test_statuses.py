@@ -12,10 +12,10 @@ import pytest
 from metaheuristics import Status
 from ocp_traj.case import load_case
 from ocp_traj.robot import load_robot
-from ocp_traj.solve import SolveResult, solve
 from ocp_traj.solvers import Request
-from ocp_traj.solvers.account import Account
-from ocp_traj.solvers.gradient import LOOSE, Gradient
+from ocp_traj.solvers.gradient.account import Account
+from ocp_traj.solvers.gradient.gradient import LOOSE, Gradient
+from ocp_traj.solving import SolveResult, solve
 from ocp_traj.task import CustomObjective, Limits, Objective, TrajectoryTask
 from ocp_traj.transcription.guess import initial_guess
 

@@ -9,11 +9,11 @@ from condensed_tasks import LIMITS, OBJECTIVES, make_task
 from metaheuristics import Evaluation, Status
 from ocp_traj import load_case
 from ocp_traj.exceptions import InputError
-from ocp_traj.solve import solve
 from ocp_traj.solvers import Request, parse_solver
-from ocp_traj.solvers.counting import Archive, BudgetSpent, Counted
-from ocp_traj.solvers.third_party import ThirdParty
-from ocp_traj.transcription.condensed import CondensedNlp
+from ocp_traj.solvers.population.counting import Archive, BudgetSpent, Counted
+from ocp_traj.solvers.third_party.third_party import ThirdParty
+from ocp_traj.solving import solve
+from ocp_traj.transcription.condensed.condensed import CondensedNlp
 
 SINGLE = {
     "scipy-de": "scipy",

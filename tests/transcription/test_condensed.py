@@ -20,7 +20,7 @@ from ocp_traj import audit
 from ocp_traj.exceptions import InputError, UnavailableError
 from ocp_traj.robot.additions import Friction
 from ocp_traj.task import TrajectoryTask
-from ocp_traj.transcription.condensed import CondensedNlp
+from ocp_traj.transcription.condensed.condensed import CondensedNlp
 
 
 def population(nlp: CondensedNlp, count: int = 5, seed: int = 0) -> np.ndarray:

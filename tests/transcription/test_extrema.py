@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from ocp_traj.transcription.extrema import ArrayOperations, SymbolicOperations, extremes
+from ocp_traj.transcription.condensed.extrema import ArrayOperations, SymbolicOperations, extremes
 
 SPECIAL = [
     [1.0, 0.0, 0.0, 0.0, 0.0],

@@ -11,7 +11,7 @@ from condensed_tasks import CUSTOM_CONSTRAINT, CUSTOM_OBJECTIVE, LIMITS, OBJECTI
 
 from ocp_traj.robot.additions import Friction
 from ocp_traj.transcription import initial_guess
-from ocp_traj.transcription.lifted import ExtraPoints, LiftedNlp
+from ocp_traj.transcription.lifted.lifted import ExtraPoints, LiftedNlp
 
 STEP = 2e-4
 STENCIL = ((-2, 1 / 12), (-1, -8 / 12), (1, 8 / 12), (2, -1 / 12))
@@ -142,7 +142,7 @@ def test_the_symbols_give_the_same_values_and_derivatives_as_the_ready_functions
 
 
 def test_the_elastic_problem_has_right_derivatives() -> None:
-    from ocp_traj.solvers.diagnosis_elastic import _elastic_problem, _soft_bounds, _soft_rows
+    from ocp_traj.solvers.gradient.elastic import _elastic_problem, _soft_bounds, _soft_rows
 
     nlp = lifted("cubic", 1, CASES["everything at once"], ExtraPoints())
     rows, bounds = _soft_rows(nlp), _soft_bounds(nlp)

@@ -39,7 +39,7 @@ from ocp_traj.task import (
     TrajectoryTask,
 )
 from ocp_traj.transcription import initial_guess
-from ocp_traj.transcription.lifted import ExtraPoints, LiftedNlp
+from ocp_traj.transcription.lifted.lifted import ExtraPoints, LiftedNlp
 
 SAMPLES = 4
 INNER = {3: [], 5: [0.25, 0.5, 0.75], 7: [k / 8 for k in range(1, 8)]}
@@ -315,7 +315,7 @@ def still_task(arm: Any, knots: int = 0, **changes: Any) -> TrajectoryTask:
 
 
 def test_only_joints_that_may_move_have_variables(arm: Any) -> None:
-    from ocp_traj.transcription.layout import moving_joints
+    from ocp_traj.transcription.lifted.layout import moving_joints
 
     torque_limit, zero = Limits(torque=50.0), [np.inf, 0.0, np.inf]
     speed_limit = Limits(torque=np.inf, cartesian_speed=(("hand", 1.0),))

@@ -27,11 +27,11 @@ from row_oracle import (
 from scipy.interpolate import PPoly
 
 from ocp_traj.audit import audit
-from ocp_traj.constraints.constraint import bound_scales
+from ocp_traj.limits.limit import bound_scales
 from ocp_traj.task import Boundary, CustomConstraint, Limits, Motor, Objective, TrajectoryTask
 from ocp_traj.transcription import transcribe
-from ocp_traj.transcription.blocks import Block
-from ocp_traj.transcription.condensed import CondensedNlp
+from ocp_traj.transcription.condensed.condensed import CondensedNlp
+from ocp_traj.transcription.condensed.limit_rows import Block
 
 SAMPLES = 6
 CANDIDATES = 3
@@ -285,7 +285,7 @@ def test_what_stands_still_over_a_torque_limit_is_told_in_units_of_the_limit(arm
 
 
 def test_bounds_of_a_custom_limit_are_divided_by_its_scale(arm: Any) -> None:
-    from ocp_traj.constraints.custom import CustomLimit, custom_scale
+    from ocp_traj.limits.custom import CustomLimit, custom_scale
 
     function = custom_function()
     given = CustomConstraint("own", function, [-4.0, -np.inf], [8.0, 2.0], scale=0.5)
@@ -362,7 +362,7 @@ def test_whatever_is_over_a_limit_of_zero_is_infinitely_over() -> None:
 
 
 def test_segments_are_grouped_by_their_degree() -> None:
-    from ocp_traj.transcription.exact_rows import _groups
+    from ocp_traj.transcription.condensed.exact_rows import _groups
 
     for degrees in (
         (3,),

@@ -12,7 +12,7 @@ from ocp_traj import audit
 from ocp_traj.exceptions import InputError
 from ocp_traj.robot.additions import Friction
 from ocp_traj.task import TrajectoryTask
-from ocp_traj.transcription.condensed import CondensedNlp
+from ocp_traj.transcription.condensed.condensed import CondensedNlp
 
 FRICTIONS = {
     "no friction": None,

@@ -1,0 +1,1 @@
+"""Optimisers: one file per method, equation numbers at the line."""

@@ -1,0 +1,1 @@
+"""Problems with known optima, constrained ones, and a test of structural bias."""

@@ -1,0 +1,1 @@
+"""Small CasADi functions as machine code or NumPy programs."""

@@ -1,0 +1,1 @@
+"""Telling a comparison: statistics, tables, story, page."""

@@ -1,0 +1,419 @@
+"""The comparison's memory: one SQLite file, one row a run, written by one process."""
+
+from __future__ import annotations
+
+import json
+import os
+import sqlite3
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Any
+
+from ocp_traj.comparison.runs.plan import Plan, RunSpec
+from ocp_traj.comparison.runs.record import RunRecord, finite
+from ocp_traj.comparison.runs.stored_values import (
+    check_columns,
+    load_choice,
+    load_history,
+    load_object,
+    load_reference,
+    load_texts,
+)
+from ocp_traj.exceptions import InputError, UnavailableError
+
+FILE_NAME = "results.sqlite"
+
+_VERSION_1 = """
+CREATE TABLE plans (
+    id INTEGER PRIMARY KEY, created TEXT NOT NULL, plan TEXT NOT NULL, environment TEXT NOT NULL
+);
+CREATE TABLE cases (digest TEXT PRIMARY KEY, name TEXT NOT NULL, choice TEXT NOT NULL, reference TEXT);
+CREATE TABLE runs (
+    case_digest TEXT NOT NULL, solver TEXT NOT NULL, settings_digest TEXT NOT NULL, seed INTEGER NOT NULL,
+    case_name TEXT NOT NULL, seed_index INTEGER NOT NULL,
+    budget INTEGER, time_limit REAL, memory_limit INTEGER,
+    status TEXT NOT NULL, reason TEXT NOT NULL, message TEXT NOT NULL,
+    claimed INTEGER NOT NULL, feasible INTEGER NOT NULL, objective REAL, duration REAL, energy REAL,
+    worst_limit TEXT, worst_joint INTEGER, worst_time REAL, worst_ratio REAL,
+    waypoint_error REAL, smallest_feasible_scale REAL, findings TEXT NOT NULL,
+    dimension INTEGER, evaluations INTEGER,
+    build_time REAL, solve_time REAL, wall_time REAL, peak_memory INTEGER,
+    trajectory TEXT, plan INTEGER NOT NULL REFERENCES plans (id), finished TEXT NOT NULL,
+    PRIMARY KEY (case_digest, solver, settings_digest, seed)
+) WITHOUT ROWID;
+"""
+
+_VERSION_2 = """
+CREATE TABLE histories (
+    case_digest TEXT NOT NULL, solver TEXT NOT NULL, settings_digest TEXT NOT NULL, seed INTEGER NOT NULL,
+    evaluations TEXT NOT NULL, cost TEXT NOT NULL, violation TEXT NOT NULL, seconds TEXT NOT NULL,
+    PRIMARY KEY (case_digest, solver, settings_digest, seed)
+) WITHOUT ROWID;
+CREATE TABLE problems (
+    plan INTEGER NOT NULL REFERENCES plans (id), case_digest TEXT NOT NULL, settings_digest TEXT NOT NULL,
+    PRIMARY KEY (plan, case_digest, settings_digest)
+) WITHOUT ROWID;
+"""
+
+MIGRATIONS = (_VERSION_1, _VERSION_2)
+"""Step k brings a file from schema version k to k + 1; a new version is a new step, old ones never change."""
+
+_KEY = ("case_digest", "solver", "settings_digest", "seed")
+_KEEP_FIRST = f"ON CONFLICT ({', '.join(_KEY)}) DO NOTHING"
+_HISTORY = ("evaluations", "cost", "violation", "seconds")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One stored run: where it came from, what came out, and the file of its trajectory."""
+
+    case_digest: str
+    case_name: str
+    solver: str
+    settings_digest: str
+    seed: int
+    seed_index: int
+    budget: int | None
+    time_limit: float | None
+    record: RunRecord
+    trajectory_file: str | None
+    plan: int
+
+    @property
+    def key(self) -> tuple[str, str, str, int]:
+        """As `RunSpec.key`."""
+        return (self.case_digest, self.solver, self.settings_digest, self.seed)
+
+
+class Store:
+    """The folder of a comparison.
+
+    Parameters
+    ----------
+    folder
+        Created when `create` is set; else it must hold a comparison.
+
+    Raises
+    ------
+    InputError
+        There is no comparison, it is damaged, or it was written by a newer version of the library. Every
+        method raises it, too, where the file turns out to be damaged or cannot be written.
+    """
+
+    def __init__(self, folder: Path, create: bool = False) -> None:
+        self.folder = folder
+        path = folder / FILE_NAME
+        if create:
+            try:
+                (folder / "trajectories").mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                raise InputError(f"cannot write into {folder}: {error.strerror}") from None
+        elif not path.is_file():
+            raise InputError(f"{folder} holds no comparison: {FILE_NAME} is not there")
+        try:
+            self._connection = sqlite3.connect(path, timeout=30.0, isolation_level=None)
+        except sqlite3.DatabaseError as error:
+            raise InputError(f"{path} cannot be opened: {error}") from None
+        self._connection.row_factory = sqlite3.Row
+        try:
+            with self._reading():
+                self._migrate()
+                (found,) = self._connection.execute("PRAGMA quick_check(1)").fetchone()
+                if found != "ok":
+                    raise sqlite3.DatabaseError(found)
+        except InputError:
+            self._connection.close()
+            raise
+
+    def close(self) -> None:
+        """Close the file."""
+        self._connection.close()
+
+    def __enter__(self) -> Store:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def version(self) -> int:
+        """Schema version of the file."""
+        return int(self._connection.execute("PRAGMA user_version").fetchone()[0])
+
+    def _migrate(self) -> None:
+        found = self.version
+        if not 0 <= found <= len(MIGRATIONS):
+            raise InputError(
+                f"{self.folder / FILE_NAME} has schema version {found}, this version of ocp-traj reads up to "
+                f"{len(MIGRATIONS)}"
+            )
+        if found == len(MIGRATIONS):
+            return
+        with self._transaction():
+            for version in range(found, len(MIGRATIONS)):
+                for statement in MIGRATIONS[version].split(";"):
+                    self._connection.execute(statement)
+                self._connection.execute(f"PRAGMA user_version = {version + 1}")
+
+    @contextmanager
+    def _reading(self) -> Iterator[None]:
+        """Say in one sentence that the file is damaged, instead of what its content made Python raise."""
+        try:
+            yield
+        except (sqlite3.DatabaseError, ValueError, TypeError, LookupError, RecursionError) as error:
+            if isinstance(error, InputError) and FILE_NAME in str(error):
+                raise
+            raise InputError(
+                f"{self.folder / FILE_NAME} is not a readable comparison: {error}; "
+                "restore it, or start again in another folder"
+            ) from error
+
+    @contextmanager
+    def _transaction(self) -> Iterator[None]:
+        try:
+            self._connection.execute("BEGIN IMMEDIATE")
+            try:
+                yield
+                self._connection.execute("COMMIT")
+            except BaseException:
+                if self._connection.in_transaction:  # SQLite itself undoes it on a full disk
+                    self._connection.execute("ROLLBACK")
+                raise
+        except (sqlite3.IntegrityError, sqlite3.ProgrammingError):
+            raise
+        except sqlite3.DatabaseError as error:
+            raise InputError(f"cannot write into {self.folder / FILE_NAME}: {error}") from error
+
+    def add_plan(self, plan: Plan, environment: dict[str, Any], specs: Sequence[RunSpec]) -> int:
+        """Store a plan, its problems (case and settings) and on what it runs; return its number."""
+        with self._transaction():
+            cursor = self._connection.execute(
+                "INSERT INTO plans (created, plan, environment) VALUES (?, ?, ?)",
+                (_now(), json.dumps(plan.to_json()), json.dumps(environment)),
+            )
+            number = cursor.lastrowid
+            problems = {(number, spec.case_digest, spec.settings_digest) for spec in specs}
+            self._connection.executemany("INSERT INTO problems VALUES (?, ?, ?)", sorted(problems))
+        assert number is not None
+        return number
+
+    def problems(self) -> set[tuple[str, str]]:
+        """Return (case digest, settings digest) of the newest plan's problems: what a report is about."""
+        newest = "SELECT max(id) FROM plans"
+        query = f"SELECT case_digest, settings_digest FROM problems WHERE plan = ({newest})"
+        with self._reading():
+            return {tuple(row) for row in self._connection.execute(query)}
+
+    def plans(self) -> list[tuple[Plan, dict[str, Any]]]:
+        """Return all plans with their environments, oldest first."""
+        with self._reading():
+            rows = self._connection.execute("SELECT plan, environment FROM plans ORDER BY id")
+            return [
+                (Plan.from_json(load_object(plan)), load_object(environment)) for plan, environment in rows
+            ]
+
+    def add_case(self, spec: RunSpec) -> None:
+        """Note a case of the plan; a case that is there already keeps its reference."""
+        choice = json.dumps({"case": spec.case, "overrides": spec.overrides})
+        with self._transaction():
+            self._connection.execute(
+                "INSERT INTO cases (digest, name, choice) VALUES (?, ?, ?) ON CONFLICT (digest) DO NOTHING",
+                (spec.case_digest, spec.case_name, choice),
+            )
+
+    def add_reference(self, digest: str, part: str, found: dict[str, Any]) -> None:
+        """Store a part of a case's references (``toppra``, ``kinematic_bound``), or why there is none."""
+        with self._transaction():
+            (known,) = self._connection.execute(
+                "SELECT reference FROM cases WHERE digest = ?", (digest,)
+            ).fetchone()
+            with self._reading():
+                reference = {**(load_reference(known) or {}), part: finite(found)}
+            self._connection.execute(
+                "UPDATE cases SET reference = ? WHERE digest = ?", (json.dumps(reference), digest)
+            )
+
+    def cases(self) -> dict[str, dict[str, Any]]:
+        """Return name, choice and reference (or None) of every case, by digest."""
+        with self._reading():
+            rows = self._connection.execute("SELECT digest, name, choice, reference FROM cases")
+            return {
+                digest: {
+                    "name": name,
+                    "choice": load_choice(choice),
+                    "reference": load_reference(reference),
+                }
+                for digest, name, choice, reference in rows
+            }
+
+    def finished(self) -> set[tuple[str, str, str, int]]:
+        """Return the keys of all stored runs."""
+        with self._reading():
+            return {tuple(row) for row in self._connection.execute(f"SELECT {', '.join(_KEY)} FROM runs")}
+
+    def add_run(self, spec: RunSpec, record: RunRecord, plan: int) -> None:
+        """Store a finished run in one transaction: its trajectory file first, then row and history."""
+        name = None
+        if record.trajectory is not None:
+            name = self._write_trajectory(spec, record.trajectory)
+        values = _columns(spec, record, name, plan)
+        holes = ", ".join("?" * len(values))
+        history = [json.dumps(record.history.get(part, [])) for part in _HISTORY]
+        with self._transaction():
+            self._connection.execute(
+                f"INSERT INTO runs ({', '.join(values)}) VALUES ({holes}) {_KEEP_FIRST}",
+                tuple(values.values()),
+            )
+            self._connection.execute(
+                f"INSERT INTO histories VALUES (?, ?, ?, ?, ?, ?, ?, ?) {_KEEP_FIRST}", (*spec.key, *history)
+            )
+
+    def _write_trajectory(self, spec: RunSpec, trajectory: dict[str, Any]) -> str:
+        safe = "".join(
+            letter if letter.isalnum() or letter in "-." else "_"
+            for letter in f"{spec.case_name}-{spec.solver}"
+        )
+        name = f"{safe[:80]}-{spec.seed}-{spec.case_digest[:6]}{spec.settings_digest[:6]}.spline.json"
+        path = self.folder / "trajectories" / name
+        temporary = path.with_suffix(".part")
+        try:
+            try:
+                temporary.write_text(json.dumps(trajectory))
+                os.replace(temporary, path)
+            finally:
+                temporary.unlink(missing_ok=True)
+        except OSError as error:
+            raise InputError(f"cannot write {path}: {error.strerror or error}") from None
+        return name
+
+    def rows(self, histories: bool = True) -> list[Row]:
+        """Return every run, ordered by case, solver, settings and seed."""
+        parts = "".join(f", h.{part} AS h_{part}" for part in _HISTORY)
+        query = (
+            f"SELECT r.*{parts} FROM runs r LEFT JOIN histories h USING ({', '.join(_KEY)})"
+            if histories
+            else "SELECT * FROM runs r"
+        )
+        with self._reading():
+            found = self._connection.execute(
+                f"{query} ORDER BY case_name, case_digest, solver, settings_digest, seed_index"
+            )
+            return [_row(entry, histories) for entry in found]
+
+    def trajectory(self, row: Row) -> dict[str, Any] | None:
+        """Return the exact curve of a run, or None when it has none.
+
+        Raises
+        ------
+        InputError
+            The file is not there, is damaged, or does not lie in the folder of trajectories.
+        """
+        if row.trajectory_file is None:
+            return None
+        if (
+            Path(row.trajectory_file).name != row.trajectory_file
+            or row.trajectory_file == ".."
+            or "\0" in row.trajectory_file
+        ):
+            raise InputError(
+                f"trajectory {row.trajectory_file!r} leads out of {self.folder / 'trajectories'}"
+            )
+        path = self.folder / "trajectories" / row.trajectory_file
+        try:
+            return load_object(path.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise InputError(f"{path} cannot be read: {error.strerror or error}") from None
+        except (ValueError, RecursionError) as error:
+            raise InputError(f"{path} is damaged: {error}") from None
+
+    def table(self) -> tuple[list[str], list[tuple[Any, ...]]]:
+        """Return the columns and values of all runs, for export."""
+        with self._reading():
+            cursor = self._connection.execute(
+                "SELECT * FROM runs ORDER BY case_name, solver, settings_digest, seed_index"
+            )
+            return [entry[0] for entry in cursor.description], [tuple(row) for row in cursor]
+
+
+def _columns(spec: RunSpec, record: RunRecord, trajectory: str | None, plan: int) -> dict[str, Any]:
+    worst = record.worst or {}
+    return {
+        "case_digest": spec.case_digest, "solver": spec.solver, "settings_digest": spec.settings_digest,
+        "seed": spec.seed, "case_name": spec.case_name, "seed_index": spec.seed_index, "budget": spec.budget,
+        "time_limit": spec.time_limit, "memory_limit": spec.memory_limit, "status": record.status,
+        "reason": record.reason, "message": record.message, "claimed": int(record.claimed),
+        "feasible": int(record.feasible), "objective": record.objective, "duration": record.duration,
+        "energy": record.energy, "worst_limit": worst.get("limit"), "worst_joint": worst.get("joint"),
+        "worst_time": worst.get("time"), "worst_ratio": worst.get("ratio"),
+        "waypoint_error": record.waypoint_error,
+        "smallest_feasible_scale": record.smallest_feasible_scale, "findings": json.dumps(record.findings),
+        "dimension": record.dimension, "evaluations": record.evaluations, "build_time": record.build_time,
+        "solve_time": record.solve_time, "wall_time": record.wall_time, "peak_memory": record.peak_memory,
+        "trajectory": trajectory, "plan": plan, "finished": _now(),
+    }  # fmt: skip
+
+
+_PLAIN = (
+    "status", "message", "reason", "objective", "duration", "energy", "waypoint_error", "smallest_feasible_scale",
+    "dimension", "evaluations", "build_time", "solve_time", "wall_time", "peak_memory",
+)  # fmt: skip
+
+
+def _row(entry: sqlite3.Row, histories: bool) -> Row:
+    check_columns(entry)
+    worst = None
+    if entry["worst_limit"] is not None:
+        worst = {name: entry[f"worst_{name}"] for name in ("limit", "joint", "time", "ratio")}
+    history = {}
+    if histories and entry["h_cost"] is not None:
+        history = load_history({part: entry[f"h_{part}"] for part in _HISTORY})
+    record = RunRecord(
+        **{name: entry[name] for name in _PLAIN},
+        claimed=bool(entry["claimed"]),
+        feasible=bool(entry["feasible"]),
+        worst=worst,
+        findings=load_texts(entry["findings"]),
+        history=history,
+    )
+    return Row(
+        entry["case_digest"], entry["case_name"], entry["solver"], entry["settings_digest"], entry["seed"],
+        entry["seed_index"], entry["budget"], entry["time_limit"], record, entry["trajectory"], entry["plan"],
+    )  # fmt: skip
+
+
+def _now() -> str:
+    return datetime.now(timezone.utc).isoformat(timespec="seconds")
+
+
+def missing(store: Store, specs: Iterable[RunSpec]) -> list[RunSpec]:
+    """Return the runs that are not stored yet, in the plan's order."""
+    done = store.finished()
+    return [spec for spec in specs if spec.key not in done]
+
+
+def export_table(store: Store, path: Path, kind: str) -> None:
+    """Write all runs as one table; `kind` is ``csv`` or ``parquet``.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    UnavailableError
+        Parquet is asked for and pyarrow is not installed.
+    """
+    import pandas
+
+    columns, values = store.table()
+    frame = pandas.DataFrame.from_records(values, columns=columns)
+    try:
+        if kind == "csv":
+            frame.to_csv(path, index=False)
+        else:
+            frame.to_parquet(path, index=False)
+    except ImportError as error:
+        raise UnavailableError(f"Parquet needs the package pyarrow: {error}") from error
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror or error}") from None

@@ -1,0 +1,1 @@
+"""Lower bounds of any motion through the waypoints, and certificates of families."""

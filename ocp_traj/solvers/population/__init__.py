@@ -1,0 +1,1 @@
+"""Population methods on the condensed form."""

@@ -1,0 +1,75 @@
+"""What all solvers of the condensed form share: the encoding, the protocol, and the way an outcome is made."""
+
+from __future__ import annotations
+
+import time
+from abc import abstractmethod
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from metaheuristics import Solution
+from ocp_traj.solvers.per_joint import solve_per_joint
+from ocp_traj.solvers.solver import Outcome, Request, Solver
+from ocp_traj.task import TrajectoryTask
+from ocp_traj.trajectory import Trajectory
+from ocp_traj.transcription import initial_guess
+from ocp_traj.transcription.condensed.condensed import CondensedNlp
+
+
+@dataclass(frozen=True)
+class CondensedSolver(Solver):
+    """A solver that searches the box of the condensed form.
+
+    Parameters
+    ----------
+    encoding : str
+        ``"durations"``, ``"log-durations"`` or ``"scaled"``; see `CondensedNlp`.
+    samples : int
+        Samples a gap.
+    extrema : str
+        ``"auto"``, ``"exact"`` or ``"sampled"``.
+    """
+
+    encoding: str = "durations"
+    samples: int = 16
+    extrema: str = "auto"
+
+    def problem(self, task: TrajectoryTask) -> CondensedNlp:
+        """Return the task as this solver sees it."""
+        return CondensedNlp(task, encoding=self.encoding, samples=self.samples, extrema=self.extrema)
+
+    def run(self, task: TrajectoryTask, request: Request) -> Outcome:
+        """Search; see `Solver.run`."""
+        if task.search.protocol == "per-joint":
+            return solve_per_joint(task, request, self)
+        begin = time.perf_counter()
+        nlp = self.problem(task)
+        start, spent, counts = self.start_candidates(nlp, request)
+        build_time = time.perf_counter() - begin
+        solution = self.search(nlp, request, start, spent)
+        solution = replace(
+            solution,
+            build_time=solution.build_time + build_time,
+            evaluations=solution.evaluations + spent,
+        )
+        counts = {**counts, "evaluate": solution.evaluations - spent}
+        return Outcome(nlp.decode(solution.x), solution, counts)
+
+    def start_candidates(self, nlp: CondensedNlp, request: Request) -> tuple[Any, int, dict[str, int]]:
+        """Return known candidates (k, d) or None, the evaluations spent on them, and counts of calls."""
+        if request.warm_start is None:
+            return None, 0, {}
+        return encode_motion(nlp, request.warm_start)[None], 0, {}
+
+    @abstractmethod
+    def search(self, nlp: CondensedNlp, request: Request, start: Any = None, spent: int = 0) -> Solution:
+        """Search the box of a condensed problem with what is left of the budget."""
+
+
+def encode_motion(nlp: CondensedNlp, trajectory: Trajectory) -> Any:
+    """Return the variables (d,) inside the box nearest to a motion of any family."""
+    same = trajectory.family == nlp.task.family and len(trajectory.breakpoints) == nlp.segments + 1
+    motion = trajectory if same else initial_guess(nlp.task, trajectory.segment_durations)
+    return np.clip(nlp.encode(motion), nlp.lower, nlp.upper)

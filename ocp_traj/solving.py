@@ -1,0 +1,341 @@
+"""Solve a task, audit the answer, and keep both: nothing is called feasible by its solver."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ocp_traj.audit import Verdict, audit
+from ocp_traj.audit.costs import energy, objective_value
+from ocp_traj.solvers import Outcome, Request, Solver, parse_solver
+from ocp_traj.trajectory_files import to_json as trajectory_to_json
+
+if TYPE_CHECKING:
+    from metaheuristics import Solution
+    from ocp_traj.arrays import Array
+    from ocp_traj.task import Limits, TrajectoryTask
+    from ocp_traj.trajectory import Trajectory
+
+LARGEST_ROUNDING = 1e-4
+"""Excess over a limit, or miss of a bounded duration, that counts as a gradient solver's rounding."""
+
+LARGEST_OVERSIGHT = 0.1
+"""Excess over a limit, between the points a gradient solver looked at, that limits tightened by as much can mend."""
+
+LARGEST_REPAIR = 1.02
+"""Uniform slowing that still counts as rounding off a solver's sampled limits; more is a different motion."""
+
+
+@dataclass(frozen=True, eq=False)
+class SolveResult:
+    """One solver's answer to one task, judged.
+
+    Attributes
+    ----------
+    task : TrajectoryTask
+    solver : str
+        Name with parameters, as asked for.
+    seed : int
+    trajectory : Trajectory or None
+        The motion, after the final uniform scaling; None when the solver has none.
+    audit : Verdict or None
+    solution : metaheuristics.Solution
+        What the solver itself says.
+    counts : dict
+        Calls of the problem's functions.
+    scaled_by : float
+        The uniform slowing that made the motion keep its limits exactly, usually 1 + 1e-8; 1 when none was needed.
+    diagnosis : str
+        Why there is no feasible answer.
+    """
+
+    task: TrajectoryTask
+    solver: str
+    seed: int
+    trajectory: Trajectory | None
+    audit: Verdict | None
+    solution: Solution
+    counts: dict[str, int]
+    scaled_by: float
+    diagnosis: str = ""
+
+    @property
+    def feasible(self) -> bool:
+        """The audit's verdict."""
+        return self.audit is not None and self.audit.feasible
+
+    @property
+    def duration(self) -> float | None:
+        """Duration of the motion, s."""
+        return None if self.trajectory is None else self.trajectory.duration
+
+    @cached_property
+    def energy(self) -> float | None:
+        """Integral of sum |tau qdot| dt, J; None without a robot that has inertia."""
+        return None if self.trajectory is None else energy(self.task, self.trajectory)
+
+    @cached_property
+    def objective(self) -> float | None:
+        """The task's weighted objective of the motion, by exact or adaptive integration."""
+        return None if self.trajectory is None else objective_value(self.task, self.trajectory)
+
+    @property
+    def segment_durations(self) -> Array:
+        """Duration of every gap between waypoints, (K - 1,), s."""
+        return np.empty(0) if self.trajectory is None else self.trajectory.segment_durations
+
+    @property
+    def status(self) -> str:
+        """The solver's own status, as in files."""
+        return self.solution.status.key
+
+    @property
+    def message(self) -> str:
+        """What the solver itself said, and why the answer is not feasible if it is not."""
+        return f"{self.solution.message} {self.diagnosis}".strip()
+
+    @property
+    def encoding(self) -> str:
+        """What the variables meant to the solver."""
+        return str(getattr(self.solution.problem, "encoding", ""))
+
+    def to_json(self, references: dict[str, Any] | None = None) -> dict[str, Any]:
+        """Return the result as the contract's section 3 states it; every number finite or null."""
+        verdict = self.audit.to_json() if self.audit is not None else None
+        return {
+            "schema": 1,
+            "case": self.task.name,
+            "solver": self.solver,
+            "seed": self.seed,
+            "status": self.status,
+            "message": self.message,
+            "feasible": self.feasible,
+            "objective": _finite(self.objective),
+            "duration": _finite(self.duration),
+            "energy": _finite(self.energy),
+            "segment_durations": [float(h) for h in self.segment_durations],
+            "worst": None if verdict is None else verdict["worst"],
+            "evaluations": self.solution.evaluations,
+            "counts": self.counts,
+            "encoding": self.encoding,
+            "scaled_by": self.scaled_by,
+            "build_time": self.solution.build_time,
+            "solve_time": self.solution.solve_time,
+            "references": references,
+            "trajectory": None if self.trajectory is None else trajectory_to_json(self.trajectory),
+            "versions": versions(),
+        }
+
+    def __str__(self) -> str:
+        verdict = "feasible" if self.feasible else "NOT feasible"
+        lines = [f"{self.task.name}, {self.solver} (seed {self.seed}): {self.status}, {verdict} by the audit"]
+        if self.trajectory is not None:
+            energy_text = "" if self.energy is None else f", energy {self.energy:.6g} J"
+            lines.append(f"  duration {self.duration:.6g} s, objective {self.objective:.6g}{energy_text}")
+        if self.audit is not None and self.audit.worst is not None:
+            worst = self.audit.worst
+            joint = f", joint {worst.joint + 1}" if worst.joint >= 0 else ""
+            lines.append(
+                f"  closest limit: {worst.limit}{joint} at {worst.time:.4g} s, ratio {worst.ratio:.9g}"
+            )
+        lines.append(
+            f"  {self.solution.evaluations} evaluations, build {self.solution.build_time:.3g} s, "
+            f"solve {self.solution.solve_time:.3g} s; {self.message}"
+        )
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        return f"<pre>{escape(str(self))}</pre>"
+
+
+def solve(
+    task: TrajectoryTask,
+    solver: str | Solver = "ipopt",
+    *,
+    seed: int = 0,
+    budget: int | None = None,
+    time_limit: float | None = None,
+    progress: Any = None,
+    warm_start: Trajectory | None = None,
+) -> SolveResult:
+    """Solve a task with one solver and audit the answer.
+
+    Parameters
+    ----------
+    task : TrajectoryTask
+    solver : str or Solver
+        A name from ``ocp-traj list solvers``, with parameters if wanted: ``"pso[population=50]"``.
+    seed : int
+        Source of all randomness.
+    budget : int, optional
+        Evaluations of x at most.
+    time_limit : float, optional
+        Seconds at most.
+    progress : callable, optional
+        Called now and then; a true answer stops the solver.
+    warm_start : Trajectory, optional
+        A motion to start from.
+
+    Returns
+    -------
+    SolveResult
+
+    Raises
+    ------
+    UnknownNameError, UnavailableError
+        The solver does not exist or cannot be loaded.
+    InputError
+        The task is nothing the solver can work on.
+
+    Examples
+    --------
+    >>> import ocp_traj as ot
+    >>> result = ot.solve(ot.load_case("fang-2020-task-1"))
+    >>> round(result.duration, 3), result.feasible, result.status
+    (4.0, True, 'converged')
+    """
+    name = solver if isinstance(solver, str) else type(solver).__name__
+    chosen = parse_solver(solver) if isinstance(solver, str) else solver
+    request = Request(seed, budget, time_limit, progress, warm_start)
+    result = judge(task, name, seed, chosen.run(task, request))
+    rest = _rest_of(request, result)
+    if rest is not None and chosen.kind in ("gradient", "hybrid") and _is_oversight(result):
+        last = chosen if chosen.kind == "gradient" else parse_solver("ipopt")
+        result = _solve_tighter(last, result, rest)
+    return result if warm_start is None else _no_worse(result, warm_start)
+
+
+def judge(task: TrajectoryTask, name: str, seed: int, outcome: Outcome) -> SolveResult:
+    """Audit a solver's outcome; a motion over its limits by rounding or sampling is slowed into them first."""
+    trajectory = outcome.trajectory
+    if trajectory is None:
+        return SolveResult(
+            task, name, seed, None, None, outcome.solution, outcome.counts, 1.0, outcome.diagnosis
+        )
+    begin = time.perf_counter()
+    trajectory = _within_duration(task, trajectory)
+    verdict = audit(task, trajectory)
+    scaled_by = 1.0
+    scale = verdict.smallest_feasible_scale
+    if not verdict.feasible and scale is not None and 1.0 < scale <= LARGEST_REPAIR:
+        slower = trajectory.scaled(scale)
+        repaired = audit(task, slower)
+        if repaired.feasible:
+            trajectory, verdict, scaled_by = slower, repaired, scale
+    diagnosis = outcome.diagnosis
+    if not verdict.feasible and not diagnosis and verdict.findings:
+        diagnosis = verdict.findings[0]
+    elapsed = time.perf_counter() - begin
+    solution = replace(outcome.solution, solve_time=outcome.solution.solve_time + elapsed)
+    return SolveResult(task, name, seed, trajectory, verdict, solution, outcome.counts, scaled_by, diagnosis)
+
+
+def _within_duration(task: TrajectoryTask, trajectory: Trajectory) -> Trajectory:
+    """Return the motion with its total duration inside its bounds where only rounding kept it out."""
+    low, high = np.asarray(task.objective.duration)
+    wanted = float(np.clip(trajectory.duration, low, high))
+    miss = abs(wanted / trajectory.duration - 1.0)
+    return trajectory.scaled(wanted / trajectory.duration) if 0.0 < miss < LARGEST_ROUNDING else trajectory
+
+
+def _rest_of(request: Request, result: SolveResult) -> Request | None:
+    """Return a request to go on from a result with what is left of budget and time; None where nothing is."""
+    spent = result.solution
+    budget = None if request.budget is None else request.budget - spent.evaluations
+    seconds = None if request.time_limit is None else request.time_limit - spent.build_time - spent.solve_time
+    if (budget is not None and budget <= 0) or (seconds is not None and seconds <= 0):
+        return None
+    return replace(request, budget=budget, time_limit=seconds, warm_start=result.trajectory)
+
+
+def _is_oversight(result: SolveResult) -> bool:
+    """Return whether a solved motion, which no slowing can mend, is a little over its limits."""
+    verdict = result.audit
+    if verdict is None or verdict.feasible or verdict.worst is None or result.status != "converged":
+        return False
+    return 1.0 < verdict.worst.ratio < 1.0 + LARGEST_OVERSIGHT
+
+
+def _solve_tighter(solver: Solver, result: SolveResult, request: Request) -> SolveResult:
+    """Solve again, warm, with limits tightened by twice the excess, and judge against the task's own limits."""
+    task = result.task
+    assert result.audit is not None and result.audit.worst is not None
+    limits = _tightened(task, 2.0 * (result.audit.worst.ratio - 1.0))
+    outcome = solver.run(task.changed(limits=limits), request)
+    again = judge(task, result.solver, result.seed, outcome)
+    if not again.feasible:
+        return result
+    first, second = result.solution, again.solution
+    counts = {
+        name: again.counts.get(name, 0) + result.counts.get(name, 0)
+        for name in {**again.counts, **result.counts}
+    }
+    solution = replace(
+        second,
+        evaluations=first.evaluations + second.evaluations,
+        build_time=first.build_time + second.build_time,
+        solve_time=first.solve_time + second.solve_time,
+    )
+    return replace(again, solution=solution, counts=counts)
+
+
+def _tightened(task: TrajectoryTask, part: float) -> Limits:
+    """Return a task's limits drawn in by a part of themselves; those of the position not beyond the waypoints."""
+    names = ("velocity", "acceleration", "jerk", "torque", "torque_rate")
+    tighter: dict[str, Any] = {name: task.limits.get(name) * (1.0 - part) for name in names}
+    position = task.limits.get("position")
+    size = np.where(np.isfinite(position), np.abs(position), 0.0)
+    bounded = np.isfinite(position).all(axis=1, keepdims=True)
+    room = part * np.where(bounded, np.ptp(np.where(bounded, position, 0.0), axis=1, keepdims=True), size)
+    waypoints = np.asarray(task.waypoints)
+    least, most = (choose(waypoints[:-1], waypoints[1:]) for choose in (np.minimum, np.maximum))
+    lower, upper = position[:, 0], position[:, 1]
+    drawn_in = [
+        np.where(np.isfinite(lower), np.maximum(lower, np.minimum(lower + room[:, 0], least)), lower),
+        np.where(np.isfinite(upper), np.minimum(upper, np.maximum(upper - room[:, 1], most)), upper),
+    ]
+    return replace(task.limits, position=np.stack(drawn_in, axis=1), **tighter)
+
+
+def _no_worse(result: SolveResult, start: Trajectory) -> SolveResult:
+    """Return the motion the solver was started from where it is feasible and the solver found nothing better."""
+    task = result.task
+    segments = task.gaps * (task.virtual_knots + 1)
+    if start.family != task.family or len(start.breakpoints) != segments + 1:
+        return result
+    verdict = audit(task, start)
+    value = objective_value(task, start)
+    if not verdict.feasible or (
+        result.feasible and result.objective is not None and result.objective <= value
+    ):
+        return result
+    message = f"{result.solution.message} Nothing better than the motion started from was found; that one is returned."
+    solution = replace(result.solution, message=message)
+    return SolveResult(
+        task, result.solver, result.seed, start, verdict, solution, result.counts, 1.0, result.diagnosis
+    )
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of this package and of those its numbers depend on."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    import ocp_traj
+
+    found = {"ocp_traj": ocp_traj.__version__}
+    for package in ("casadi", "pin", "numpy", "scipy", "toppra", "cvxpy", "clarabel"):
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def _finite(value: float | None) -> float | None:
+    return None if value is None or not np.isfinite(value) else float(value)

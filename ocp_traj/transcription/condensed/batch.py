@@ -1,0 +1,227 @@
+"""A whole population of curves at once: durations to splines, and splines to samples, in NumPy.
+
+Arrays run over joints first and candidates last, (n, ..., S segments, p candidates): one matrix product a joint
+samples all segments of all candidates, every joint's samples are one contiguous block, and inverse dynamics takes
+those blocks as they are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from math import comb
+from typing import Any
+
+import numpy as np
+
+from ocp_traj.arrays import Array, read_only
+from ocp_traj.spline import Family, Piece, get_family
+from ocp_traj.spline.family import UniformFamily
+from ocp_traj.spline.hermite import derivative_row, falling, hermite_matrix
+from ocp_traj.spline.three_five_three import ThreeFiveThree, cubic_end
+from ocp_traj.task import TrajectoryTask
+from ocp_traj.transcription.condensed.knot_derivatives import Known, knot_derivatives
+from ocp_traj.transcription.curve import decided_knots, end_conditions
+
+
+@dataclass(frozen=True)
+class CurveBatch:
+    """Curves of p candidates.
+
+    Attributes
+    ----------
+    h : (S, p) durations of the segments, s
+    states : (n, degree + 1, S, p)
+        Scaled end states q, h v, h^2 a, ... at the start, then at the end of every segment.
+    degrees : tuple of S int
+        Degree of each segment; a cubic among quintics is held as the quintic it also is.
+    """
+
+    h: Array
+    states: Array
+    degrees: tuple[int, ...]
+
+    @property
+    def degree(self) -> int:
+        """Degree of the states."""
+        return int(self.states.shape[1]) - 1
+
+    @cached_property
+    def inverse_powers(self) -> list[Array]:
+        """1, 1 / h, 1 / h^2, 1 / h^3; each (S, p)."""
+        inverse = 1.0 / self.h
+        return [np.ones_like(self.h), inverse, inverse * inverse, inverse * inverse * inverse]
+
+    @cached_property
+    def rise(self) -> Array:
+        """The states with positions measured from the segment's start, for derivatives.
+
+        A joint that stands still then has derivatives of exactly 0, whose sign friction asks for.
+        """
+        rise: Array = self.states.copy()
+        rise[:, self.states.shape[1] // 2] -= self.states[:, 0]
+        rise[:, 0] = 0.0
+        return rise
+
+    @cached_property
+    def slopes(self) -> Array:
+        """Ascending coefficients of the derivative by tau, (n, degree, S, p)."""
+        return _combine(power_rows(self.degree, 1, self.degree + 1), self.rise)
+
+    def sample(self, order: int, fractions: tuple[float, ...], out: Array | None = None) -> Array:
+        """Return a derivative at `fractions` of every segment, (n, N, S, p)."""
+        states = self.rise * self.inverse_powers[order] if order else self.states
+        return _combine(sample_rows(self.degree, order, fractions), states, out)
+
+    def coefficients(self, order: int) -> Array:
+        """Return the ascending coefficients of derivative `order` >= 1 by tau, (n, degree + 1 - order, S, p)."""
+        if order == 1:
+            return self.slopes
+        factors = [falling(power, order) / power for power in range(order, self.degree + 1)]
+        result: Array = self.slopes[:, order - 1 :] * np.array(factors)[:, None, None]
+        return result
+
+
+def _combine(rows: Array, states: Array, out: Array | None = None) -> Array:
+    """Return rows (N, degree + 1) times states (n, degree + 1, S, p), (n, N, S, p)."""
+    n, _, segments, p = states.shape
+    out = np.empty((n, len(rows), segments, p)) if out is None else out
+    np.matmul(rows, states.reshape(n, -1, segments * p), out=out.reshape(n, -1, segments * p))
+    return out
+
+
+def hull(curves: CurveBatch) -> Array:
+    """Return the Bernstein coefficients of the positions, (n, degree + 1, S, p)."""
+    return _combine(bernstein_rows(curves.degree, 0), curves.states)
+
+
+@lru_cache
+def power_rows(degree: int, order: int, terms: int) -> Array:
+    """Return the matrix from scaled end states to ascending coefficients of a derivative by tau.
+
+    Only the first `terms` coefficients of the polynomial itself are kept; a cubic held as a quintic has four.
+    """
+    matrix = hermite_matrix(degree)[order:terms]
+    factors = np.array([falling(power, order) for power in range(order, terms)])
+    return read_only(matrix * factors[:, None])
+
+
+@lru_cache
+def bernstein_change(degree: int) -> Array:
+    """Return the matrix from ascending coefficients to Bernstein coefficients of one degree."""
+    rows = range(degree + 1)
+    return read_only([[comb(i, k) / comb(degree, k) for k in rows] for i in rows])
+
+
+@lru_cache
+def bernstein_rows(degree: int, order: int) -> Array:
+    """Return the matrix from scaled end states to the Bernstein coefficients of a derivative by tau."""
+    return read_only(bernstein_change(degree - order) @ power_rows(degree, order, degree + 1))
+
+
+@lru_cache
+def sample_rows(degree: int, order: int, fractions: tuple[float, ...]) -> Array:
+    """Return the (N, degree + 1) matrix from scaled end states to derivatives by tau at `fractions`."""
+    rows = np.stack([derivative_row(degree, order, fraction) for fraction in fractions])
+    return read_only(rows @ hermite_matrix(degree))
+
+
+@lru_cache
+def elevation_matrix(low: int, high: int) -> Array:
+    """Return the matrix from the scaled end states of degree `low` to those of degree `high`."""
+    order = (high - 1) // 2
+    rows = [derivative_row(low, j, tau) for tau in (0.0, 1.0) for j in range(order + 1)]
+    return read_only(np.stack(rows) @ hermite_matrix(low))
+
+
+def knot_positions(task: TrajectoryTask, offsets: Array) -> Array:
+    """Return positions at all knots, (S + 1, n, p or 1), from offsets (p, virtual knots of all gaps, n).
+
+    An offset is measured from the chord between the waypoints, at the knot's share of the gap's segments, in units
+    of half the joint's travel in the case. What it says where the end conditions decide the position is ignored.
+    """
+    virtual, per_gap = task.virtual_knots, task.virtual_knots + 1
+    if not virtual:
+        return np.asarray(task.waypoints)[:, :, None]
+    half = np.ptp(task.waypoints, axis=0) / 2
+    positions = np.empty((task.gaps * per_gap + 1, task.n, offsets.shape[0]))
+    positions[::per_gap] = task.waypoints[:, :, None]
+    rise = np.diff(task.waypoints, axis=0)
+    away = offsets.transpose(1, 2, 0) * half[:, None]
+    for knot in range(1, per_gap):
+        chord = task.waypoints[:-1] + rise * (knot / per_gap)
+        positions[knot::per_gap] = chord[:, :, None] + away[knot - 1 :: virtual]
+    return positions
+
+
+def build_curves(task: TrajectoryTask, durations: Array, offsets: Array) -> CurveBatch:
+    """Return the curves of p candidates.
+
+    Parameters
+    ----------
+    durations : (p, S) s
+    offsets : (p, virtual knots, n)
+    """
+    family = get_family(task.family)
+    h = np.ascontiguousarray(durations.T)
+    positions = knot_positions(task, offsets)
+    start, end = _ends(task)
+    plain = all(order <= (family.degree - 1) // 2 for order in (*start, *end))
+    if type(family).pieces is UniformFamily.pieces and plain:
+        derivatives = knot_derivatives(family.degree, h, positions, start, end)
+        return _uniform_curves(family.degree, h, positions, derivatives)
+    if isinstance(family, ThreeFiveThree):
+        return _three_five_three(task, h, positions)
+    return _curves_of_pieces(task, family, h, positions)
+
+
+def _ends(task: TrajectoryTask) -> tuple[Known, Known]:
+    ends = end_conditions(task)
+    return tuple({j: value.T for j, value in given.items()} for given in (ends.start, ends.end))  # type: ignore[return-value]
+
+
+def _uniform_curves(degree: int, h: Array, positions: Array, derivatives: Array) -> CurveBatch:
+    order, segments = derivatives.shape[0], len(h)
+    states = np.empty((positions.shape[1], 2 * order + 2, *h.shape))
+    for side in (0, 1):
+        knots = slice(side, segments + side)
+        first = side * (order + 1)
+        states[:, first] = positions[knots].transpose(1, 0, 2)
+        power = h
+        for j in range(1, order + 1):
+            np.multiply(derivatives[j - 1, knots].transpose(1, 0, 2), power, out=states[:, first + j])
+            power = power * h
+    return CurveBatch(h, states, (degree,) * segments)
+
+
+def _three_five_three(task: TrajectoryTask, h: Array, positions: Array) -> CurveBatch:
+    """Velocities and accelerations beside the ends follow from the two cubics, the rest from the quintics."""
+    start, end = _ends(task)
+    segments, n = len(h), task.n
+    derivatives = np.empty((2, segments + 1, n, h.shape[1]))
+    _, v, a = cubic_end([positions[0], start[1], start[2]], positions[1], h[0])
+    # Run the last cubic backwards in time: velocity changes sign, acceleration does not.
+    _, w, b = cubic_end([positions[-1], -end[1], end[2]], positions[-2], h[-1])
+    inner = {1: v, 2: a}, {1: -w, 2: b}
+    derivatives[:, 1:-1] = knot_derivatives(5, h[1:-1], positions[1:-1], *inner)
+    for j in (1, 2):
+        derivatives[j - 1, 0], derivatives[j - 1, -1] = start[j], end[j]
+    curves = _uniform_curves(5, h, positions, derivatives)
+    return CurveBatch(h, curves.states, (3, *(5,) * (segments - 2), 3))
+
+
+def _curves_of_pieces(task: TrajectoryTask, family: Family, h: Array, positions: Array) -> CurveBatch:
+    """Return the curves of any family from its own pieces."""
+    knots: list[Any] = [row.T for row in positions]
+    starts, ends = decided_knots(task)
+    for knot in (*starts, *ends):
+        knots[knot] = None
+    columns = [row[:, None] for row in h]
+    pieces: list[Piece] = family.pieces(columns, knots, end_conditions(task))
+    states = np.empty((task.n, family.degree + 1, *h.shape))
+    for segment, piece in enumerate(pieces):
+        own = np.stack([np.broadcast_to(state, (h.shape[1], task.n)) for state in piece.states])
+        if piece.degree < family.degree:
+            own = np.tensordot(elevation_matrix(piece.degree, family.degree), own, 1)
+        states[:, :, segment] = own.transpose(2, 0, 1)
+    return CurveBatch(h, states, tuple(piece.degree for piece in pieces))
