@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from ocp_traj.references.timing import convex_problem
 from ocp_traj.references.timing.convex_problem import TimingProblem, solve_numbers
 from ocp_traj.references.timing.convex_reference import keep_rows, timing_numbers, typical_profile
 from ocp_traj.references.timing.half_planes import _clip_lines, touching
 from ocp_traj.references.timing.path_limits import path_rows
 from ocp_traj.references.timing.paths import geometric_path, sample_path
-from ocp_traj.references.timing.timing import convex_problem, scale_rows, time_unit
+from ocp_traj.references.timing.timing import scale_rows, time_unit
 from ocp_traj.task import Boundary, Limits, TrajectoryTask
 
 
