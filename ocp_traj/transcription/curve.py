@@ -8,6 +8,7 @@ import numpy as np
 
 from ocp_traj.arrays import Array, ArrayLike
 from ocp_traj.exceptions import InputError
+from ocp_traj.quantities import RATES
 from ocp_traj.spline import EndConditions, get_family
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
@@ -16,7 +17,7 @@ from ocp_traj.trajectory import Trajectory
 def end_conditions(task: TrajectoryTask) -> EndConditions:
     """Return the derivatives the task gives at both ends, each (1, n)."""
     ends: list[dict[int, Any]] = [{}, {}]
-    for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
+    for order, name in enumerate(RATES, start=1):
         given = getattr(task.boundary, name)
         if given is not None:
             for side in (0, 1):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.quantities import RATES
 from ocp_traj.spline import get_family
 from ocp_traj.task import Boundary, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
@@ -22,7 +23,7 @@ def closed_form_durations(task: TrajectoryTask) -> Array:
     """
     travel = np.abs(np.diff(task.waypoints, axis=0))
     durations = np.zeros(task.gaps)
-    for name, factor, power in (("velocity", 1.2, 1), ("acceleration", 2.0, 2), ("jerk", 2.2, 3)):
+    for power, (name, factor) in enumerate(zip(RATES, (1.2, 2.0, 2.2)), start=1):
         limit = np.minimum(-task.limits.get(name)[:, 0], task.limits.get(name)[:, 1])
         with np.errstate(divide="ignore", invalid="ignore"):
             needed = factor * (travel / limit) ** (1.0 / power)
@@ -69,7 +70,7 @@ def kinematic_scale(task: TrajectoryTask, trajectory: Trajectory) -> float:
     t = (breakpoints[:-1, None] + fractions * np.diff(breakpoints)[:, None]).ravel()
     gap = np.clip(np.searchsorted(trajectory.waypoint_times, t, side="right") - 1, 0, task.gaps - 1)
     scale = 0.0
-    for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
+    for order, name in enumerate(RATES, start=1):
         limits = task.limits.get(name)[gap]
         value = trajectory(t, order)
         with np.errstate(divide="ignore", invalid="ignore"):

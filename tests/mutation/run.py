@@ -110,15 +110,12 @@ AREAS: dict[str, dict[str, tuple[str, ...]]] = {
             for name in ("blocks", "rows", "exact_rows", "extrema", "grid", "batch", "encoding", "scaling")
         },
         **{
-            f"ocp_traj/constraints/{name}.py": (ROWS, POPULATION)
-            for name in (
-                *("constraint", "position", "velocity", "acceleration", "jerk"),
-                *("torque", "torque_rate", "cartesian_speed", "custom"),
-            )
+            f"ocp_traj/limits/{name}.py": (ROWS, POPULATION)
+            for name in ("limit", "derivatives", "torque", "torque_rate", "cartesian_speed", "custom")
         },
         "ocp_traj/solvers/gradient/refinement.py": ("tests/solvers/test_refinement.py",),
         "ocp_traj/transcription/nlp.py": (POPULATION, "tests/transcription/test_condensed.py"),
-        "ocp_traj/task.py": ("tests/test_task.py", ROWS, POPULATION, "tests/test_case_errors.py"),
+        "ocp_traj/task/task.py": ("tests/test_task.py", ROWS, POPULATION, "tests/test_case_errors.py"),
         "ocp_traj/case/limits.py": ("tests/test_case.py", "tests/test_case_errors.py"),
     },
     "metaheuristics": {
@@ -327,7 +324,7 @@ def preload(area: str) -> None:
         names += ["casadi", "pinocchio", "ocp_traj.robot.inverse_dynamics", "ocp_traj.robot.urdf"]
         names += ["ocp_traj.robot.robot", "ocp_traj.robot.packaged", "ocp_traj.trajectory"]
     if area == "audit":
-        names.append("ocp_traj.task")
+        names.append("ocp_traj.task.task")
     for name in names:
         importlib.import_module(name)
     early = {path.removesuffix(".py").replace("/", ".") for path in AREAS[area]} & set(sys.modules)

@@ -12,12 +12,12 @@ from ocp_traj.audit.costs import energy, jerk_cost
 from ocp_traj.exceptions import InputError
 from ocp_traj.pareto import (
     FAST,
-    UNITS,
     dominated_points,
     follow_front,
     pareto_front,
     second_objective,
 )
+from ocp_traj.quantities import COSTS
 from ocp_traj.robot import load_robot
 from ocp_traj.solving import solve
 from ocp_traj.task import Boundary, CustomObjective, Limits, Motor, Objective, TrajectoryTask
@@ -78,16 +78,16 @@ def test_each_point_is_as_good_as_a_solve_from_scratch() -> None:
         assert value <= alone.objective * (1 + 1e-5)
 
 
-@pytest.mark.parametrize("name", [name for name in UNITS if name not in ("acceleration", "jerk")])
+@pytest.mark.parametrize("name", [name for name, row in COSTS.items() if row.needs_inertia])
 def test_every_objective_of_an_arm_has_a_front(name: str) -> None:
     motor = Motor(torque_constant=0.1, resistance=0.5, gear_ratio=100.0)
     robot = load_robot("ur5")
-    if UNITS[name] != "J" or name == "motor_loss":  # holding against gravity costs most in slow motions
+    if COSTS[name].unit != "J" or name == "motor_loss":  # holding against gravity costs most in slow motions
         robot = robot.with_changes(gravity=[0.0, 0.0, 0.0])
     task = arm_task(robot=robot, objective=Objective(time=1.0, motor=motor))
     front = pareto_front(task, 3, objective=name, slowest=1.5)
     assert front.feasible.all(), front
-    assert front.unit == UNITS[name]
+    assert front.unit == COSTS[name].unit
     assert front.values[1] < front.values[0]
     if name == "energy":
         assert front.values[0] == pytest.approx(energy(task, front.results[0].trajectory), rel=1e-9)

@@ -15,6 +15,7 @@ from metaheuristics import Status
 from ocp_traj.arrays import Array, read_only
 from ocp_traj.audit import audit
 from ocp_traj.exceptions import InputError, TaskError, UnavailableError
+from ocp_traj.limits import instant_limits
 from ocp_traj.solvers.gradient.account import Account
 from ocp_traj.solvers.gradient.diagnosis import certain_conflict, too_short
 from ocp_traj.solvers.gradient.elastic import elastic_phase
@@ -33,7 +34,6 @@ from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
 from ocp_traj.transcription.guess import initial_guess, insert_knots
-from ocp_traj.transcription.instants import instant_of
 from ocp_traj.transcription.lifted.layout import Layout
 from ocp_traj.transcription.lifted.lifted import ExtraPoints, LiftedNlp
 from ocp_traj.transcription.nlp import Nlp, RowBlock
@@ -338,7 +338,7 @@ class Gradient(Solver):
     def _starts_roughly(self, task: TrajectoryTask) -> bool:
         """Return whether the first rounds of added points are solved to `LOOSE` only."""
         follows = plugin_named(self.plugin).takes_multipliers and get_family(task.family).takes_virtual_knots
-        return follows and bool(instant_of(task).constraints)
+        return follows and bool(instant_limits(task))
 
     def _solve_few_knots(
         self, task: TrajectoryTask, knots: int, guess: Trajectory | None, account: Account

@@ -9,13 +9,11 @@ import numpy as np
 from metaheuristics import Evaluation
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import InputError
-from ocp_traj.limits.cartesian_speed import CartesianSpeedLimit
-from ocp_traj.limits.torque import TorqueLimit
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.transcription.condensed.batch import CurveBatch
 from ocp_traj.transcription.condensed.rows import CondensedRows
 from ocp_traj.transcription.condensed.samples import Samples
-from ocp_traj.transcription.condensed.scaling import SCALABLE_TERMS, Scaling
+from ocp_traj.transcription.condensed.scaling import Scaling
 from ocp_traj.transcription.nlp import RowBlock
 
 if TYPE_CHECKING:
@@ -117,18 +115,6 @@ class Scaled(LogDurations):
             raise InputError(
                 "the scaled encoding needs a motion from rest to rest, expected encoding 'durations'"
             )
-        for rows in self.rows.instants:
-            if not isinstance(rows.constraint, TorqueLimit | CartesianSpeedLimit):
-                raise InputError(
-                    f"the scaled encoding does not know how {rows.constraint.name} scales, "
-                    "expected encoding 'durations'"
-                )
-        for term in self.rows.terms:
-            if term.term.name not in SCALABLE_TERMS:
-                raise InputError(
-                    f"the scaled encoding does not know how cost {term.term.name} scales, "
-                    "expected encoding 'durations'"
-                )
         self.scaling = Scaling(nlp.task, self.rows)
         self.positions = [entry for entry in self.rows.kinematic if entry.limit.order == 0]
 

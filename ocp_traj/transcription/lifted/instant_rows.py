@@ -7,15 +7,16 @@ from typing import Any
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.costs import SampledTerm
-from ocp_traj.limits import SampledConstraint
+from ocp_traj.costs import InstantCost, instant_costs
+from ocp_traj.instant import FunctionOfInstant
+from ocp_traj.limits import InstantLimit, instant_limits
 from ocp_traj.trajectory import Trajectory
-from ocp_traj.transcription.instants import instant_function, instant_of
 from ocp_traj.transcription.lifted.composed import Composed, Split
 from ocp_traj.transcription.lifted.instant_derivatives import Outer, outer_of
 from ocp_traj.transcription.lifted.layout import Layout
 from ocp_traj.transcription.lifted.parts import Parts
 from ocp_traj.transcription.nlp import RowBlock
+from ocp_traj.transcription.quadrature import even_intervals, simpson_weights
 
 COST_SAMPLES, COST_SAMPLES_OF_HIGHER_DEGREE = 8, 20
 """Samples a gap over which costs are integrated, at least: of cubics, and of quintics and septics."""
@@ -49,11 +50,10 @@ class InstantRows:
     ) -> None:
         self.parts, self.layout, self.guess = parts, layout, guess
         self.samples, self.compiled = samples, compiled
-        instant = instant_of(layout.task)
         points = np.concatenate([self._make_grid(), np.array(extra, dtype=np.float64).reshape(-1, 2)])
-        for constraint in instant.constraints:
+        for constraint in instant_limits(layout.task):
             self._add_constraint(constraint, points)
-        for term in instant.terms:
+        for term in instant_costs(layout.task):
             if term.shape == "sum":
                 self._add_smooth_term(term)
             else:
@@ -61,7 +61,7 @@ class InstantRows:
 
     def _per_segment(self, samples: int) -> int:
         """Return the samples a segment, an even number of at least 2."""
-        return max(2, 2 * round(samples / (2 * self.layout.per_gap)))
+        return even_intervals(samples, self.layout.per_gap)
 
     def _make_grid(self) -> Array:
         """Return (segment, fraction) of the regular samples; a knot belongs to the segment it starts."""
@@ -71,10 +71,9 @@ class InstantRows:
         regular = np.column_stack([segment, fraction])
         return np.concatenate([regular, [[segments - 1.0, 1.0]]])
 
-    def _outer(self, part: SampledConstraint | SampledTerm, *, total: bool = False) -> Outer:
-        function = instant_function(self.layout.task, part)
-        needs_jerk = isinstance(part, SampledConstraint) and part.needs_jerk
-        return outer_of(function, needs_jerk=needs_jerk, total=total, compiled=self.compiled)
+    def _outer(self, part: FunctionOfInstant, *, total: bool = False) -> Outer:
+        function = part.function(self.layout.task)
+        return outer_of(function, needs_jerk=part.needs_jerk, total=total, compiled=self.compiled)
 
     def _split(self, at: Array) -> list[tuple[bool, Any]]:
         """Return the rows of `at` that are knots and those that are not."""
@@ -82,7 +81,7 @@ class InstantRows:
         parts = [(True, np.flatnonzero(knots)), (False, np.flatnonzero(~knots))]
         return [(at_knot, rows) for at_knot, rows in parts if len(rows)]
 
-    def _add_constraint(self, constraint: SampledConstraint, points: Array) -> None:
+    def _add_constraint(self, constraint: InstantLimit, points: Array) -> None:
         task, layout = self.layout.task, self.layout
         outer = self._outer(constraint)
         bounds = constraint.bounds(task)
@@ -114,14 +113,11 @@ class InstantRows:
         """Return points and weights of Simpson's rule on every segment of unit duration."""
         least = COST_SAMPLES if self.layout.degree == 3 else COST_SAMPLES_OF_HIGHER_DEGREE
         count, segments = self._per_segment(max(self.samples, least)), self.layout.segments
-        weights = np.full(count + 1, 2.0)
-        weights[1::2] = 4.0
-        weights[[0, -1]] = 1.0
         segment = np.repeat(np.arange(segments, dtype=np.float64), count + 1)
         at = np.column_stack([segment, np.tile(np.arange(count + 1) / count, segments)])
-        return at, np.tile(weights / (3 * count), segments)
+        return at, np.tile(simpson_weights(count), segments)
 
-    def _add_smooth_term(self, term: SampledTerm) -> None:
+    def _add_smooth_term(self, term: InstantCost) -> None:
         """Add Simpson's rule over every segment."""
         outer = self._outer(term, total=True)
         at, weights = self._simpson()
@@ -131,7 +127,7 @@ class InstantRows:
             )
             self.parts.costs.append((places, np.full(len(rows), term.weight(self.layout.task))))
 
-    def _add_kinked_term(self, term: SampledTerm) -> None:
+    def _add_kinked_term(self, term: InstantCost) -> None:
         """Integrate |value| or max(value, 0): duration * value = plus - minus at every sample.
 
         The cost is on plus (and minus), linear because the duration is inside the row.

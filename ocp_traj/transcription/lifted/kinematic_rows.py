@@ -9,6 +9,7 @@ import numpy as np
 from ocp_traj.arrays import Array
 from ocp_traj.costs import SQUARED_DERIVATIVES
 from ocp_traj.limits import DERIVATIVE_LIMITS, DerivativeLimit
+from ocp_traj.limits.limit import bound_scales
 from ocp_traj.transcription.lifted.chain import (
     bernstein_formula,
     defect_formula,
@@ -17,7 +18,7 @@ from ocp_traj.transcription.lifted.chain import (
 )
 from ocp_traj.transcription.lifted.elements import Elements, IndexArray
 from ocp_traj.transcription.lifted.layout import Layout
-from ocp_traj.transcription.lifted.parts import Parts, row_scale
+from ocp_traj.transcription.lifted.parts import Parts
 from ocp_traj.transcription.nlp import RowBlock
 
 INNER_FRACTIONS = {3: (), 5: (0.25, 0.5, 0.75), 7: (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)}
@@ -107,7 +108,7 @@ def _add_sampled(
     segment, joint, fraction, bounds = segment[keep], joint[keep], fraction[keep], bounds[keep]
     if not len(segment):
         return
-    scale = row_scale(bounds, layout.state_scales[limit.order][joint])
+    scale = bound_scales(bounds.T, layout.state_scales[limit.order][joint])
     variables = _states_around(layout, segment, joint, limit.order)
     count = np.full(len(joint), layout.duration_scale)
     parameters = np.column_stack([layout.state_scales[limit.order :, joint].T, count, fraction, scale])

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.quantities import DERIVATIVES, RATES
 from ocp_traj.spline import get_family
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
@@ -138,7 +139,7 @@ def moving_joints(task: TrajectoryTask) -> IndexArray:
     torques or energy could make that worth while; a zero limit keeps it still in any case.
     """
     still = (np.ptp(task.waypoints, axis=0) == 0) & (np.asarray(task.tolerance) == 0).all(axis=0)
-    for name in ("velocity", "acceleration", "jerk"):
+    for name in RATES:
         given = getattr(task.boundary, name)
         if given is not None:
             still &= (given == 0).all(axis=0)
@@ -150,7 +151,7 @@ def moving_joints(task: TrajectoryTask) -> IndexArray:
 def _frozen(task: TrajectoryTask) -> Any:
     """Return the joints that a zero velocity, acceleration or jerk limit keeps still."""
     frozen = np.zeros(task.n, dtype=bool)
-    for name in ("velocity", "acceleration", "jerk"):
+    for name in RATES:
         frozen |= (np.abs(task.limits.get(name)).max(axis=1) == 0).any(axis=0)
     return frozen
 
@@ -169,7 +170,7 @@ def _state_scales(task: TrajectoryTask, guess: Trajectory, degree: int, moving: 
         size = np.abs(guess(guess.breakpoints, order)).max(axis=0)
         size = np.maximum(size, scales[0] / gap**order)
         if order <= 3:
-            limit = np.abs(task.limits.get(("velocity", "acceleration", "jerk")[order - 1])).max(axis=(0, 1))
+            limit = np.abs(task.limits.get(DERIVATIVES[order])).max(axis=(0, 1))
             usable = np.isfinite(limit) & (limit > 0) & (limit < 100 * size)
             size = np.where(usable, limit, size)
         scales.append(size)

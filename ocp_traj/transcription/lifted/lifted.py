@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.costs import instant_costs
+from ocp_traj.limits import instant_limits
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.curve import build_trajectory
-from ocp_traj.transcription.instants import instant_of
 from ocp_traj.transcription.lifted.assembly import assemble
 from ocp_traj.transcription.lifted.kinematic_rows import DerivativePoints, add_kinematics
 from ocp_traj.transcription.lifted.layout import Layout, make_layout
@@ -80,7 +81,7 @@ class LiftedNlp(Nlp):
         self.samples, self.extra = samples, extra
         parts = Parts(self.layout.size)
         add_kinematics(parts, self.layout, extra.derivatives)
-        if instant_of(task):
+        if instant_limits(task) or instant_costs(task):
             from ocp_traj.transcription.lifted.instant_rows import InstantRows
 
             InstantRows(parts, self.layout, guess, samples, extra.instants, compiled)

@@ -94,10 +94,3 @@ class Parts:
     def labels(self) -> list[RowBlock]:
         """Return the labels of all rows, nonlinear ones first."""
         return [*self._labels, *self._linear_labels]
-
-
-def row_scale(bounds: Array, fallback: Any) -> Array:
-    """Return the larger finite bound of every row (rows, 2), or `fallback` where there is none above zero."""
-    magnitude = np.where(np.isfinite(bounds), np.abs(bounds), 0.0).max(axis=1)
-    scale: Array = np.where(magnitude > 0, magnitude, fallback)
-    return scale

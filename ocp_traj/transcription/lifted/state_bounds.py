@@ -6,6 +6,7 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.limits import DERIVATIVE_LIMITS, DerivativeLimit
+from ocp_traj.quantities import RATES
 from ocp_traj.transcription.lifted.layout import Layout
 
 
@@ -44,7 +45,7 @@ def _fix_states(layout: Layout, lower: Array, upper: Array) -> None:
     upper[index] = np.where(free, np.minimum(upper[index], waypoints + tolerance), waypoints)
     _turn_at_limits(layout, lower, upper)
     for side, knot in ((0, 0), (1, layout.segments)):
-        for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
+        for order, name in enumerate(RATES, start=1):
             given = getattr(task.boundary, name)
             if given is not None and order < layout.degree:
                 value = given[side, layout.moving] / layout.state_scales[order]
