@@ -10,8 +10,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from audit_motions import clamped_cubic, pendulum
 
+from helpers.audit_motions import clamped_cubic, pendulum
 from ocp_traj.audit import audit, chebyshev, conditions
 from ocp_traj.audit.conditions import boundary_miss, waypoint_miss
 from ocp_traj.audit.motion import Motion

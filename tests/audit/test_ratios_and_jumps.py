@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from audit_motions import INERTIA, clamped_cubic, pendulum
 
+from helpers.audit_motions import INERTIA, clamped_cubic, pendulum
 from ocp_traj.audit import audit
 from ocp_traj.audit.conditions import _within
 from ocp_traj.audit.kinematics import _bound, jumps, position_width, range_ratios, side_ratios

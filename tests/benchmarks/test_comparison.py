@@ -15,12 +15,10 @@ from ocp_traj.comparison.runs.plan import CaseChoice, Plan
 from ocp_traj.comparison.runs.record import RunRecord
 from ocp_traj.comparison.runs.store import Store
 
-FAKES = Path(__file__).parent.parent / "comparison"
-
 _SCRIPT = """
 import sys, time
 from pathlib import Path
-import comparison_fakes as fakes
+from helpers import comparison_fakes as fakes
 from ocp_traj.comparison.runs.compare import compare
 from ocp_traj.comparison.runs.plan import CaseChoice, Plan
 
@@ -37,7 +35,7 @@ print(time.perf_counter() - started)
 
 def seconds_with(jobs: int, folder: Path) -> float:
     """Wall time of 40 runs of one second of work each, workers warm."""
-    path = os.pathsep.join([str(FAKES), *(entry for entry in sys.path if entry)])
+    path = os.pathsep.join(entry for entry in sys.path if entry)
     done = subprocess.run(
         [sys.executable, "-c", _SCRIPT, str(folder), str(jobs)],
         env={**os.environ, "PYTHONPATH": path},

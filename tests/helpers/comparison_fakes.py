@@ -12,7 +12,7 @@ import numpy as np
 
 from ocp_traj.comparison.runs.plan import CaseChoice
 
-RUNNER = "comparison_fakes:run"
+RUNNER = "helpers.comparison_fakes:run"
 
 
 def identify(choice: CaseChoice) -> tuple[str, str]:

@@ -8,10 +8,10 @@ from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
-import comparison_fakes as fakes
 import numpy as np
 import pytest
 
+from helpers import comparison_fakes as fakes
 from ocp_traj.comparison.report.document import format_number
 from ocp_traj.comparison.report.judging import judge
 from ocp_traj.comparison.report.report import write_report

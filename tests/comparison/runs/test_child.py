@@ -10,9 +10,9 @@ import time
 from pathlib import Path
 from typing import Any
 
-import comparison_fakes as fakes
 import pytest
 
+from helpers import comparison_fakes as fakes
 from ocp_traj.comparison.runs import child, environment, supervisor
 from ocp_traj.comparison.runs.plan import CaseChoice, Plan
 
@@ -137,7 +137,7 @@ def test_a_child_that_cannot_start_is_a_record_with_its_reason() -> None:
 
 
 def test_a_child_that_grows_is_killed_with_what_it_took() -> None:
-    supervised = supervisor.Supervisor("comparison_fakes")
+    supervised = supervisor.Supervisor("helpers.comparison_fakes")
     try:
         assert supervised.call(request("good"), None, None)["state"] == "done"
         assert supervised._process is not None

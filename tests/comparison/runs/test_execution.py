@@ -11,9 +11,9 @@ import time
 from pathlib import Path
 from typing import Any
 
-import comparison_fakes as fakes
 import pytest
 
+from helpers import comparison_fakes as fakes
 from ocp_traj.comparison.runs.compare import Progress, compare
 from ocp_traj.comparison.runs.plan import CaseChoice, Plan
 from ocp_traj.comparison.runs.store import Row, Store
@@ -91,7 +91,7 @@ def test_a_lie_about_success_is_an_infeasible_row_with_a_wrong_return_code(
 def test_an_idle_child_that_was_killed_is_replaced(tmp_path: Path) -> None:
     from ocp_traj.comparison.runs.supervisor import Supervisor
 
-    supervisor = Supervisor("comparison_fakes")
+    supervisor = Supervisor("helpers.comparison_fakes")
     request = plan(("good",)).runs(fakes.identify)[0].to_json()
     try:
         assert supervisor.run(request).feasible
@@ -176,7 +176,7 @@ def test_an_unreachable_dask_scheduler_is_named(tmp_path: Path) -> None:
 _SCRIPT = """
 import sys
 from pathlib import Path
-import comparison_fakes as fakes
+from helpers import comparison_fakes as fakes
 from ocp_traj.comparison.runs.compare import compare
 from ocp_traj.comparison.runs.plan import CaseChoice, Plan
 solvers = ("sleep:0.12", "sleep:0.15", "segfault", "sleep:0.1")

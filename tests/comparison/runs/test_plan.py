@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import comparison_fakes as fakes
 import pytest
 
+from helpers import comparison_fakes as fakes
 from ocp_traj.comparison.runs.plan import (
     CaseChoice,
     Plan,

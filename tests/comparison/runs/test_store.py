@@ -6,9 +6,9 @@ import csv
 import sqlite3
 from pathlib import Path
 
-import comparison_fakes as fakes
 import pytest
 
+from helpers import comparison_fakes as fakes
 from ocp_traj.comparison.runs.plan import CaseChoice, Plan
 from ocp_traj.comparison.runs.record import RunRecord
 from ocp_traj.comparison.runs.store import FILE_NAME, MIGRATIONS, Store, export_table, missing

@@ -7,7 +7,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from row_oracle import (
+
+from helpers.row_oracle import (
     LIMITS,
     WAYPOINTS,
     Motion,
@@ -18,7 +19,6 @@ from row_oracle import (
     torque,
     torque_rate,
 )
-
 from ocp_traj.solvers.gradient.gradient import refinement
 from ocp_traj.solvers.gradient.refinement import broken_points, new_points, segment_gaps
 from ocp_traj.task import Boundary, CustomConstraint, Limits, TrajectoryTask

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from condensed_tasks import LIMITS, OBJECTIVES, make_task
 
+from helpers.condensed_tasks import LIMITS, OBJECTIVES, make_task
 from metaheuristics import Evaluation
 from ocp_traj import load_case
 from ocp_traj.solving import solve

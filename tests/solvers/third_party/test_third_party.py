@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from condensed_tasks import LIMITS, OBJECTIVES, make_task
 
+from helpers.condensed_tasks import LIMITS, OBJECTIVES, make_task
 from metaheuristics import Evaluation, Status
 from ocp_traj import load_case
 from ocp_traj.exceptions import InputError

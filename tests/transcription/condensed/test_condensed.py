@@ -5,7 +5,8 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 import pytest
-from condensed_tasks import (
+
+from helpers.condensed_tasks import (
     CUSTOM_CONSTRAINT,
     CUSTOM_OBJECTIVE,
     FAMILIES,
@@ -15,7 +16,6 @@ from condensed_tasks import (
     WAYPOINTS,
     make_task,
 )
-
 from ocp_traj import audit
 from ocp_traj.exceptions import InputError, UnavailableError
 from ocp_traj.robot.additions import Friction

@@ -7,7 +7,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from row_oracle import (
+from scipy.interpolate import PPoly
+
+from helpers.row_oracle import (
     CUSTOM_BOUNDS,
     DEGREES,
     FRAMES,
@@ -24,8 +26,6 @@ from row_oracle import (
     spline,
     torque,
 )
-from scipy.interpolate import PPoly
-
 from ocp_traj.audit import audit
 from ocp_traj.limits.limit import bound_scales
 from ocp_traj.task import Boundary, CustomConstraint, Limits, Motor, Objective, TrajectoryTask

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from condensed_tasks import CUSTOM_OBJECTIVE, FAMILIES, LIMITS, OBJECTIVES, make_task
 
+from helpers.condensed_tasks import CUSTOM_OBJECTIVE, FAMILIES, LIMITS, OBJECTIVES, make_task
 from ocp_traj import audit
 from ocp_traj.exceptions import InputError
 from ocp_traj.robot.additions import Friction

@@ -7,8 +7,15 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from condensed_tasks import CUSTOM_CONSTRAINT, CUSTOM_OBJECTIVE, LIMITS, OBJECTIVES, WAYPOINTS, make_task
 
+from helpers.condensed_tasks import (
+    CUSTOM_CONSTRAINT,
+    CUSTOM_OBJECTIVE,
+    LIMITS,
+    OBJECTIVES,
+    WAYPOINTS,
+    make_task,
+)
 from ocp_traj.robot.additions import Friction
 from ocp_traj.transcription import initial_guess
 from ocp_traj.transcription.lifted.lifted import ExtraPoints, LiftedNlp

@@ -10,7 +10,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from row_oracle import (
+
+from helpers.row_oracle import (
     DEGREES,
     GAPS,
     INSTANTS,
@@ -28,7 +29,6 @@ from row_oracle import (
     torque,
     unconnected,
 )
-
 from ocp_traj.task import (
     Boundary,
     CustomConstraint,

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from peer_drake import solve_with_drake
 
 import ocp_traj as ot
+from helpers.peers.drake import solve_with_drake
 from ocp_traj.references import kinematic_bound
 from ocp_traj.solvers.gradient.gradient import Gradient
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from peer_pyroboplan import solve_with_pyroboplan
 
 import ocp_traj as ot
+from helpers.peers.pyroboplan import solve_with_pyroboplan
 from ocp_traj.solvers.gradient.gradient import Gradient
 
 pytest.importorskip("pyroboplan")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from peer_ruckig import random_task, solve_with_ruckig
 
 import ocp_traj as ot
+from helpers.peers.ruckig import random_task, solve_with_ruckig
 from ocp_traj.solvers.gradient.gradient import Gradient
 from ocp_traj.task import TrajectoryTask
 

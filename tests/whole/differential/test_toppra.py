@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from peer_drake import path_parameters
-from peer_toppra import solve_with_toppra
-from public_examples import toppra_kinematics
 
 import ocp_traj as ot
+from helpers.peers.drake import path_parameters
+from helpers.peers.toppra import solve_with_toppra
+from helpers.public_examples import toppra_kinematics
 from ocp_traj.references import kinematic_bound, toppra_reference
 from ocp_traj.solvers.gradient.gradient import Gradient
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from peer_answer import symmetric_limit
-from peer_totg import timed_rows
-from public_examples import moveit_test1, moveit_test3
 
 import ocp_traj as ot
+from helpers.peers.answer import symmetric_limit
+from helpers.peers.totg import timed_rows
+from helpers.public_examples import moveit_test1, moveit_test3
 from ocp_traj.references import kinematic_bound
 from ocp_traj.solvers.gradient.gradient import Gradient
 

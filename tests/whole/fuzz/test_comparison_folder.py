@@ -8,9 +8,9 @@ import sqlite3
 from pathlib import Path
 from typing import Any
 
-import comparison_fakes as fakes
 import pytest
 
+from helpers import comparison_fakes as fakes
 from ocp_traj.case import load_case, task_digest
 from ocp_traj.cli.main import run
 from ocp_traj.comparison.report.report import write_report

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from random_tasks import random_task
 
+from helpers.random_tasks import random_task
 from ocp_traj.audit import audit
 from ocp_traj.solving import solve
 from ocp_traj.task import Limits, TrajectoryTask

@@ -5,8 +5,8 @@ from __future__ import annotations
 import logging
 
 import pytest
-from random_problems import RandomProblem, random_problem
 
+from helpers.random_problems import RandomProblem, random_problem
 from ocp_traj.exceptions import TaskError
 from ocp_traj.solving import solve
 

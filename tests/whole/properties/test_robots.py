@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from random_tasks import random_motion, random_robot, reversed_motion, torque_limits
 from scipy.optimize import brentq
 
+from helpers.random_tasks import random_motion, random_robot, reversed_motion, torque_limits
 from ocp_traj.audit import audit
 from ocp_traj.robot import Robot
 from ocp_traj.solving import solve

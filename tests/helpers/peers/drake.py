@@ -6,9 +6,9 @@ import math
 from typing import Any
 
 import numpy as np
-from peer_answer import PeerAnswer, from_piecewise, least_cpu_time, symmetric_limit
 from scipy.interpolate import BSpline, PPoly
 
+from helpers.peers.answer import PeerAnswer, from_piecewise, least_cpu_time, symmetric_limit
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 

@@ -7,9 +7,9 @@ import io
 from typing import Any
 
 import numpy as np
-from peer_answer import PeerAnswer, from_piecewise, least_cpu_time, symmetric_limit
 from scipy.interpolate import CubicHermiteSpline
 
+from helpers.peers.answer import PeerAnswer, from_piecewise, least_cpu_time, symmetric_limit
 from ocp_traj.task import TrajectoryTask
 
 

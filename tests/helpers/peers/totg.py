@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from peer_answer import PeerAnswer, least_cpu_time, symmetric_limit
 
+from helpers.peers.answer import PeerAnswer, least_cpu_time, symmetric_limit
 from ocp_traj.task import TrajectoryTask
 
 ANGLE = 1e-3

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from peer_answer import PeerAnswer, from_piecewise, least_cpu_time, symmetric_limit
 from scipy.interpolate import CubicSpline, PPoly
 
+from helpers.peers.answer import PeerAnswer, from_piecewise, least_cpu_time, symmetric_limit
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
