@@ -19,7 +19,7 @@ from helpers.row_oracle import (
     torque,
     torque_rate,
 )
-from ocp_traj.solvers.gradient.gradient import refinement
+from ocp_traj.solvers.gradient import refinement
 from ocp_traj.solvers.gradient.refinement import broken_points, new_points, segment_gaps
 from ocp_traj.task import Boundary, CustomConstraint, Limits, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
