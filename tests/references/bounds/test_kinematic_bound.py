@@ -5,8 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from helpers import bounds_guard
+from helpers.bounds_guard import contradiction
+from ocp_traj.audit import audit
 from ocp_traj.references import kinematic_bound, toppra_reference
 from ocp_traj.task import Boundary, Limits, TrajectoryTask
+from ocp_traj.trajectory import Trajectory
+from ocp_traj.transcription import trajectory_from_durations
 
 
 def test_one_gap_is_bang_bang() -> None:
@@ -145,10 +150,6 @@ def test_no_motion_of_many_random_cases_is_shorter_than_its_bound(cases: int) ->
 
 
 def test_the_whole_suite_holds_accepted_motions_against_their_bounds() -> None:
-    from ocp_traj.audit import audit
-    from ocp_traj.trajectory import Trajectory
-
-    contradiction = audit.__globals__["contradiction"]  # tests/conftest.py put it around the judge
     task = TrajectoryTask(np.array([[0.0], [2.0]]), Limits(velocity=1.0, acceleration=2.0))
     shape = 2.0 * np.array([[[0.0, 0, 0, 10.0, -15.0, 6.0]]])
     for duration, complaint in ((6.0, ""), (2.4, "pass the audit, but not the exact test")):
@@ -157,3 +158,16 @@ def test_the_whole_suite_holds_accepted_motions_against_their_bounds() -> None:
         assert complaint in contradiction(task, motion)
         assert bool(contradiction(task, motion)) == bool(complaint)
         assert audit(task, motion).feasible == (not complaint)
+
+
+def test_a_contradiction_fails_the_test_wherever_the_judge_was_imported(monkeypatch: pytest.MonkeyPatch) -> None:
+    import ocp_traj
+
+    task = TrajectoryTask(np.array([[0.0], [2.0]]), Limits(velocity=1.0, acceleration=2.0))
+    motion = trajectory_from_durations(task, np.array([6.0]))
+    monkeypatch.setattr(bounds_guard, "contradiction", lambda task, trajectory: "shorter than proved")
+    for judge in (audit, ocp_traj.audit):
+        with pytest.raises(AssertionError, match="shorter than proved"):
+            judge(task, motion)
+    with pytest.raises(AssertionError, match="shorter than proved"):
+        ocp_traj.solve(task)
