@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
+import os
 import time
 from collections.abc import Mapping
 from typing import Any
@@ -24,11 +25,8 @@ def identify(choice: CaseChoice) -> tuple[str, str]:
 def run(request: Mapping[str, Any]) -> dict[str, Any]:
     """Behave as the solver's name says."""
     name, _, parameter = request["solver"].partition(":")
-    behaviour = {"loop": _loop, "segfault": _segfault, "hungry": _hungry, "raise": _raise, "exit": _exit}.get(
-        name
-    )
-    if behaviour is not None:
-        behaviour()
+    if name in _BEHAVIOURS:
+        _BEHAVIOURS[name]()
     answer = _answer(request)
     if name == "nan":
         return answer | {
@@ -43,6 +41,8 @@ def run(request: Mapping[str, Any]) -> dict[str, Any]:
             "feasible": False,
             "worst": {"limit": "velocity", "joint": 2, "time": 0.5, "ratio": 1.4},
         }
+    if name == "process":
+        return answer | {"message": str(os.getpid())}
     if name == "sleep":
         time.sleep(float(parameter))
     if name == "work":
@@ -106,7 +106,19 @@ def _raise() -> None:
     raise ZeroDivisionError("the solver's own bug")
 
 
-def _exit() -> None:
-    import os
+def _refuse_memory() -> None:
+    raise MemoryError
 
+
+def _exit() -> None:
     os._exit(3)
+
+
+_BEHAVIOURS = {
+    "loop": _loop,
+    "segfault": _segfault,
+    "hungry": _hungry,
+    "raise": _raise,
+    "refused": _refuse_memory,
+    "exit": _exit,
+}

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from helpers import comparison_fakes as fakes
+from helpers.databases import connections_with
 from ocp_traj.comparison.report.document import format_number
 from ocp_traj.comparison.report.judging import judge
 from ocp_traj.comparison.report.report import write_report
@@ -59,8 +60,8 @@ def fill(
     """Store a run of every solver; `outcomes` gives its record from the place of case and seed."""
     plan = Plan(tuple(CaseChoice(name) for name in cases), tuple(outcomes), seeds=seeds)
     specs = plan.runs(fakes.identify)
-    with Store(folder, create=True) as store:
-        store._connection.execute("PRAGMA synchronous = OFF")  # these rows need not survive a power cut
+    # these rows need not survive a power cut
+    with connections_with("PRAGMA synchronous = OFF"), Store(folder, create=True) as store:
         number = store.add_plan(plan, ENVIRONMENT, specs)
         for spec in specs:
             store.add_case(spec)

@@ -6,15 +6,17 @@ import json
 import os
 import subprocess
 import sys
-import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from helpers import comparison_fakes as fakes
+from helpers.processes import child_environment, ends
 from ocp_traj.comparison.runs import child, environment, supervisor
 from ocp_traj.comparison.runs.plan import CaseChoice, Plan
+from ocp_traj.comparison.runs.supervisor import Supervisor
 
 
 def request(solver: str, **changes: Any) -> dict[str, Any]:
@@ -30,13 +32,14 @@ def test_requests_are_answered_line_by_line_and_printing_does_not_disturb(tmp_pa
         "    os.write(1, b'from a native solver\\n')\n"
         "    return {'seed': request['seed']}\n"
     )
+    environment = child_environment()
     lines = [{"runner": "noisy_runner:run", "seed": seed} for seed in (4, 5)]
     done = subprocess.run(
         [sys.executable, "-m", "ocp_traj.comparison.runs.child", "noisy_runner"],
         input="".join(json.dumps(line) + "\n" for line in lines),
         capture_output=True,
         text=True,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), supervisor._search_path()])},
+        env={**environment, "PYTHONPATH": os.pathsep.join([str(tmp_path), environment["PYTHONPATH"]])},
         check=True,
         timeout=60,
     )
@@ -50,18 +53,27 @@ def test_requests_are_answered_line_by_line_and_printing_does_not_disturb(tmp_pa
     assert "from Python" in done.stderr and "from a native solver" in done.stderr
 
 
-def test_an_error_is_an_answer_with_its_place() -> None:
-    answer = child._serve(request("raise"))
+@pytest.fixture(scope="module")
+def supervised() -> Iterator[Supervisor]:
+    """A child that serves the fake runs."""
+    supervised = Supervisor("helpers.comparison_fakes")
+    yield supervised
+    supervised.close()
+
+
+def process_of(supervised: Supervisor) -> int:
+    """Return the identity of the process a run lives in."""
+    return int(supervised.call(request("process"), None, None)["answer"]["message"])
+
+
+def test_an_error_is_an_answer_with_its_place(supervised: Supervisor) -> None:
+    answer = supervised.call(request("raise"), None, None)
     assert (answer["state"], answer["reason"]) == ("error", "error")
     assert answer["message"].startswith("ZeroDivisionError: the solver's own bug (comparison_fakes.py, line ")
 
 
-def test_memory_that_is_refused_is_an_answer(monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(_: dict[str, Any]) -> None:
-        raise MemoryError
-
-    monkeypatch.setattr(fakes, "run", refuse)
-    answer = child._serve(request("good"))
+def test_memory_that_is_refused_is_an_answer(supervised: Supervisor) -> None:
+    answer = supervised.call(request("refused"), None, None)
     assert (answer["state"], answer["reason"]) == ("error", "memory limit")
 
 
@@ -103,27 +115,14 @@ def test_a_child_does_not_outlive_its_parent(tmp_path: Path, platform: str) -> N
         "from ocp_traj.comparison.runs.child import die_with_parent\n"
         "die_with_parent()\n"
         'print("ready", flush=True)\n'
-        "time.sleep(60)'''\n"
+        "time.sleep(3600)'''\n"
         "process = subprocess.Popen([sys.executable, '-c', code], stdout=subprocess.PIPE)\n"
         "process.stdout.readline()\n"
         "print(process.pid)\n"
     )
-    env = {**os.environ, "PYTHONPATH": supervisor._search_path()}
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, env=env, check=True)
-    assert ends(int(done.stdout), 20.0)
-
-
-def ends(process: int, seconds: float) -> bool:
-    """Whether a process that is not ours ends in time; one that waits to be collected has ended."""
-    limit = time.monotonic() + seconds
-    while time.monotonic() < limit:
-        try:
-            if Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] == "Z":
-                return True
-        except FileNotFoundError:
-            return True
-        time.sleep(0.05)
-    return False
+    command = [sys.executable, "-c", script]
+    done = subprocess.run(command, capture_output=True, text=True, env=child_environment(), check=True)
+    assert ends(int(done.stdout))
 
 
 def test_a_child_that_cannot_start_is_a_record_with_its_reason() -> None:
@@ -136,16 +135,13 @@ def test_a_child_that_cannot_start_is_a_record_with_its_reason() -> None:
     assert "exit status 1" in record.message and "No module named 'no_such_module'" in record.message
 
 
-def test_a_child_that_grows_is_killed_with_what_it_took() -> None:
-    supervised = supervisor.Supervisor("helpers.comparison_fakes")
-    try:
-        assert supervised.call(request("good"), None, None)["state"] == "done"
-        assert supervised._process is not None
-        supervised._idle_memory = -(2**30)  # as if the child had grown by 1 GiB since it was ready
-        answer = supervised.call(request("sleep:5"), None, 2**29)
-        assert supervised._process is None
-    finally:
-        supervised.close()
+def test_a_child_that_grows_is_killed_with_what_it_took(
+    supervised: Supervisor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    process = process_of(supervised)
+    monkeypatch.setattr(supervisor, "resident_bytes", lambda _: 2**31)  # much more than when it was ready
+    answer = supervised.call(request("loop"), None, 2**29)
+    assert ends(process)
     assert (answer["state"], answer["reason"]) == ("error", "memory limit")
     assert answer["message"].endswith("MiB, killed at the limit of 512 MiB")
     assert answer["peak_memory"] > 2**29
@@ -160,23 +156,29 @@ def test_memory_of_a_process_that_is_gone_is_not_known() -> None:
 def test_an_environment_without_git_proc_or_a_package_is_described_all_the_same(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    assert environment._version("no-such-package") is None
+    described = environment.describe_environment()
+    assert described["versions"]["numpy"] and described["machine"]["memory_gb"] > 0.1
 
     def refuse(*_: Any, **__: Any) -> None:
         raise FileNotFoundError
 
+    def lack(name: str) -> str:
+        raise environment.metadata.PackageNotFoundError(name)
+
     monkeypatch.setattr(environment.platform, "processor", lambda: "a processor")
     with monkeypatch.context() as patch:
         patch.setattr(Path, "read_text", refuse)
-        assert environment._processor() == "a processor"
+        assert environment.describe_environment()["machine"]["processor"] == "a processor"
+    with monkeypatch.context() as patch:
+        patch.setattr(environment.metadata, "version", lack)
+        assert environment.describe_environment()["versions"]["numpy"] is None
     with monkeypatch.context() as patch:
         patch.setattr(environment.subprocess, "run", refuse)
         assert environment.git_state() is None
     with monkeypatch.context() as patch:
-        patch.setattr(environment, "_git", lambda *_: None)
+        untracked = subprocess.CompletedProcess([], 1, "", "")
+        patch.setattr(environment.subprocess, "run", lambda *_, **__: untracked)
         assert environment.git_state() is None
     with monkeypatch.context() as patch:
         patch.setattr(sys, "platform", "win32")
-        assert environment._memory_gb() is None
-    memory = environment._memory_gb()
-    assert memory is not None and memory > 0.1
+        assert environment.describe_environment()["machine"]["memory_gb"] is None

@@ -14,9 +14,11 @@ from typing import Any
 import pytest
 
 from helpers import comparison_fakes as fakes
+from helpers.processes import child_environment, ends
 from ocp_traj.comparison.runs.compare import Progress, compare
 from ocp_traj.comparison.runs.plan import CaseChoice, Plan
 from ocp_traj.comparison.runs.store import Row, Store
+from ocp_traj.comparison.runs.supervisor import Supervisor
 from ocp_traj.exceptions import InputError, UnavailableError
 
 
@@ -89,16 +91,15 @@ def test_a_lie_about_success_is_an_infeasible_row_with_a_wrong_return_code(
 
 
 def test_an_idle_child_that_was_killed_is_replaced(tmp_path: Path) -> None:
-    from ocp_traj.comparison.runs.supervisor import Supervisor
-
     supervisor = Supervisor("helpers.comparison_fakes")
-    request = plan(("good",)).runs(fakes.identify)[0].to_json()
+    request = plan(("process",)).runs(fakes.identify)[0].to_json()
     try:
-        assert supervisor.run(request).feasible
-        assert supervisor._process is not None
-        supervisor._process.kill()
-        supervisor._process.wait()
-        assert supervisor.run(request).feasible
+        record = supervisor.run(request)
+        process = int(record.message)
+        os.kill(process, signal.SIGKILL)
+        assert record.feasible and ends(process)
+        again = supervisor.run(request)
+        assert again.feasible and int(again.message) != process
     finally:
         supervisor.close()
 
@@ -141,10 +142,15 @@ def final_table(folder: Path) -> list[tuple[Any, ...]]:
 
 
 def test_two_comparisons_do_not_write_into_one_folder(tmp_path: Path) -> None:
-    from ocp_traj.comparison.runs.compare import _only_writer
+    refused: list[Progress] = []
 
-    with _only_writer(tmp_path), pytest.raises(InputError, match="another comparison is writing"):
-        compare(plan(("good",)), tmp_path, identify=fakes.identify)
+    def start_another(progress: Progress) -> None:
+        with pytest.raises(InputError, match="another comparison is writing"):
+            compare(plan(("good",)), tmp_path, identify=fakes.identify)
+        refused.append(progress)
+
+    compare(plan(("good",)), tmp_path, progress=start_another, identify=fakes.identify)
+    assert len(refused) == 2
 
 
 def test_dask_workers_give_the_same_table(tmp_path: Path) -> None:
@@ -188,10 +194,9 @@ compare(plan, Path(sys.argv[1]), jobs=2, identify=fakes.identify)
 
 
 def start(folder: Path) -> subprocess.Popen[bytes]:
-    path = os.pathsep.join(entry for entry in sys.path if entry)
     return subprocess.Popen(
         [sys.executable, "-c", _SCRIPT, str(folder)],
-        env={**os.environ, "PYTHONPATH": path},
+        env=child_environment(),
         stdout=subprocess.PIPE,
     )
 

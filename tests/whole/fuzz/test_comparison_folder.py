@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from helpers import comparison_fakes as fakes
+from helpers.databases import change, connections_with, page_count
 from ocp_traj.case import load_case, task_digest
 from ocp_traj.cli.main import run
 from ocp_traj.comparison.report.report import write_report
@@ -150,10 +151,9 @@ def test_values_nobody_wrote_are_named(tmp_path: Path, sound: bytes, sentence: s
 def test_a_row_cannot_have_files_outside_its_folder_read(tmp_path: Path, name: str) -> None:
     folder = fill(tmp_path / "deep" / "out", curve(6))
     (tmp_path / "secret.json").write_text(json.dumps(curve(6)))
-    with Store(folder) as store:
-        store._connection.execute("UPDATE runs SET trajectory = ?", (name,))
-        with pytest.raises(InputError, match="leads out of"):
-            store.trajectory(store.rows()[0])
+    change(folder, "UPDATE runs SET trajectory = ?", name)
+    with Store(folder) as store, pytest.raises(InputError, match="leads out of"):
+        store.trajectory(store.rows()[0])
 
 
 @pytest.mark.parametrize(
@@ -195,9 +195,8 @@ def test_a_disk_that_fills_up_while_rows_are_written_loses_no_earlier_row(tmp_pa
     specs = plan.runs(fakes.identify)
     with Store(tmp_path, create=True) as store:
         number = store.add_plan(plan, {}, specs)
-        (pages,) = store._connection.execute("PRAGMA page_count").fetchone()
-        store._connection.execute(f"PRAGMA max_page_count = {pages + 3}")
-        kept = 0
+    kept = 0
+    with connections_with(f"PRAGMA max_page_count = {page_count(tmp_path) + 3}"), Store(tmp_path) as store:
         with pytest.raises(InputError, match=r"cannot write into .*results.sqlite: .*full"):
             for spec in specs:
                 store.add_run(spec, record(spec.seed_index, "a", None), number)
@@ -232,8 +231,9 @@ def test_what_cannot_be_written_is_named_and_leaves_no_part(
 
 def test_a_database_another_program_holds_is_named(tmp_path: Path) -> None:
     folder = fill(tmp_path)
-    with Store(folder) as store, sqlite3.connect(folder / FILE_NAME, isolation_level=None) as other:
-        store._connection.execute("PRAGMA busy_timeout = 1")
+    with connections_with("PRAGMA busy_timeout = 1"):
+        store = Store(folder)
+    with store, sqlite3.connect(folder / FILE_NAME, isolation_level=None) as other:
         other.execute("BEGIN EXCLUSIVE")
         with pytest.raises(InputError, match=r"cannot write into .*locked"):
             store.add_plan(Plan(), {}, ())
@@ -244,16 +244,11 @@ def test_a_database_another_program_holds_is_named(tmp_path: Path) -> None:
 def test_scripts_in_every_text_of_a_row_stay_texts_in_the_report(tmp_path: Path) -> None:
     evil = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'`{{7*7}}"
     folder = fill(tmp_path)
-    with Store(folder) as store:
-        for column in ("case_name", "solver", "message", "reason", "worst_limit"):
-            store._connection.execute(f"UPDATE runs SET {column} = {column} || ?", (evil,))
-        store._connection.execute("UPDATE runs SET findings = ?", (json.dumps([evil]),))
-        store._connection.execute(
-            "UPDATE cases SET reference = ?, name = ?", (json.dumps({evil: {"failed": evil}}), evil)
-        )
-        store._connection.execute(
-            "UPDATE plans SET environment = json_set(environment, '$.python', ?)", (evil,)
-        )
+    for column in ("case_name", "solver", "message", "reason", "worst_limit"):
+        change(folder, f"UPDATE runs SET {column} = {column} || ?", evil)
+    change(folder, "UPDATE runs SET findings = ?", json.dumps([evil]))
+    change(folder, "UPDATE cases SET reference = ?, name = ?", json.dumps({evil: {"failed": evil}}), evil)
+    change(folder, "UPDATE plans SET environment = json_set(environment, '$.python', ?)", evil)
     page = write_report(folder).html.read_text()
     assert "alert(1)" in page
     assert "<script>alert" not in page
