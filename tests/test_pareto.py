@@ -8,6 +8,7 @@ from dataclasses import FrozenInstanceError
 import numpy as np
 import pytest
 
+from helpers.small_tasks import arm_task
 from ocp_traj.audit.costs import energy, jerk_cost
 from ocp_traj.exceptions import InputError
 from ocp_traj.pareto import (
@@ -31,16 +32,9 @@ def bare_task(**changes) -> TrajectoryTask:
     )
 
 
-def arm_task(**changes) -> TrajectoryTask:
+def short_task(**changes) -> TrajectoryTask:
     points = np.deg2rad([[0, -90, 90, -90, -90, 0], [30, -70, 80, -100, -90, 20]])
-    settings = {
-        "robot": load_robot("ur5"),
-        "virtual_knots": 2,
-        "boundary": Boundary(acceleration=0.0),
-        **changes,
-    }
-    limits = Limits(velocity=2.1, acceleration=5.2)
-    return TrajectoryTask(points, limits, name="arm", **settings)
+    return arm_task(points, virtual_knots=2, boundary=Boundary(acceleration=0.0), name="arm", **changes)
 
 
 def test_a_front_starts_at_the_shortest_motion_and_never_grows() -> None:
@@ -84,7 +78,7 @@ def test_every_objective_of_an_arm_has_a_front(name: str) -> None:
     robot = load_robot("ur5")
     if UNITS[name] != "J" or name == "motor_loss":  # holding against gravity costs most in slow motions
         robot = robot.with_changes(gravity=[0.0, 0.0, 0.0])
-    task = arm_task(robot=robot, objective=Objective(time=1.0, motor=motor))
+    task = short_task(robot=robot, objective=Objective(time=1.0, motor=motor))
     front = pareto_front(task, 3, objective=name, slowest=1.5)
     assert front.feasible.all(), front
     assert front.unit == UNITS[name]
@@ -96,7 +90,7 @@ def test_every_objective_of_an_arm_has_a_front(name: str) -> None:
 def test_costs_that_time_makes_dearer_end_the_front_and_repeated_points_are_called_dominated() -> None:
     """Holding an arm costs squared torque every second, so motions slower than some are no use."""
     motor = Motor(torque_constant=0.1, resistance=0.5, gear_ratio=100.0)
-    front = pareto_front(arm_task(objective=Objective(motor=motor)), 5, objective="motor_loss", slowest=5.0)
+    front = pareto_front(short_task(objective=Objective(motor=motor)), 5, objective="motor_loss", slowest=5.0)
     assert front.feasible.all()
     assert front.verdicts[0] == "efficient"
     assert front.verdicts[-1] == "dominated"
@@ -184,7 +178,7 @@ def test_a_task_without_second_objective_says_what_it_could_have(name: str | Non
 
 def test_motor_loss_without_motors_and_senseless_numbers_are_refused() -> None:
     with pytest.raises(InputError, match=r"motor_loss needs the motors' parameters"):
-        second_objective(arm_task(), "motor_loss")
+        second_objective(short_task(), "motor_loss")
     with pytest.raises(InputError, match="a front of 1 points was asked for, expected at least 2"):
         pareto_front(bare_task(), 1, objective="jerk")
     with pytest.raises(InputError, match=r"1\.0 times the shortest, expected more than 1"):
@@ -192,7 +186,7 @@ def test_motor_loss_without_motors_and_senseless_numbers_are_refused() -> None:
 
 
 def test_an_arm_that_weighs_time_only_gets_energy() -> None:
-    assert second_objective(arm_task()).weights == {"energy": 1.0}
+    assert second_objective(short_task()).weights == {"energy": 1.0}
 
 
 def test_a_front_prints_as_text_html_and_json_and_is_frozen() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import casadi as ca
@@ -9,6 +10,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from helpers.audit_motions import INERTIA
+from helpers.audit_motions import pendulum as heavy_pendulum
 from ocp_traj.audit.costs import (
     acceleration_cost,
     custom_cost,
@@ -20,30 +23,12 @@ from ocp_traj.audit.costs import (
     torque_cost,
 )
 from ocp_traj.exceptions import InputError
-from ocp_traj.robot import Robot, load_robot, robot_from_urdf
+from ocp_traj.robot import Robot, load_robot
 from ocp_traj.robot.additions import Friction
 from ocp_traj.task import CustomObjective, Limits, Motor, Objective, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
-INERTIA = 0.6
-"""2 kg at 0.5 m and 0.1 kg m^2 about it, kg m^2 about the hinge."""
-
-URDF = """<?xml version="1.0"?>
-<robot name="pendulum">
-  <link name="base"/>
-  <link name="arm"><inertial><origin xyz="0.5 0 0"/><mass value="2.0"/>
-    <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
-  <joint name="hinge" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 -1 0"/>
-    <limit lower="-10" upper="10" velocity="100" effort="20"/></joint>
-</robot>
-"""
-
-
-def pendulum(folder: Path, gravity: float, viscous: float = 0.0, coulomb: float = 0.0) -> Robot:
-    path = folder / "pendulum.urdf"
-    path.write_text(URDF)
-    friction = Friction(np.array([viscous]), np.array([coulomb]))
-    return robot_from_urdf(path).with_changes(gravity=[0, 0, gravity], friction=friction)
+pendulum = partial(heavy_pendulum, effort=20)
 
 
 def bang_bang(a: float = 4.0) -> Trajectory:

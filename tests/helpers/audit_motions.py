@@ -35,10 +35,12 @@ PENDULUM = """<?xml version="1.0"?>
 INERTIA = 0.1 + 2.0 * 0.5**2
 
 
-def pendulum(folder: Path, *, gravity: float = -9.81, viscous: float = 0.0, coulomb: float = 0.0) -> Robot:
+def pendulum(
+    folder: Path, *, gravity: float = -9.81, viscous: float = 0.0, coulomb: float = 0.0, effort: int = 1000
+) -> Robot:
     """Return the pendulum as a robot."""
     path = folder / "pendulum.urdf"
-    path.write_text(PENDULUM)
+    path.write_text(PENDULUM.replace("1000", str(effort)))
     return robot_from_urdf(path).with_changes(
         gravity=[0.0, 0.0, gravity], friction=Friction(np.array([viscous]), np.array([coulomb]))
     )

@@ -10,6 +10,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pinocchio as pin
+import pytest
 from scipy.interpolate import BSpline, PPoly, make_interp_spline
 
 from ocp_traj.robot import robot_from_urdf
@@ -44,6 +45,12 @@ def make_arm(folder: Path, friction: tuple[float, float] = (0.3, 0.0)) -> Any:
     path.write_text(f'<robot name="arm">\n{text}</robot>')
     shares = np.array([1.0, 0.7, 0.4])
     return robot_from_urdf(path).with_changes(friction=Friction(friction[0] * shares, friction[1] * shares))
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """The arm, with viscous friction."""
+    return make_arm(tmp_path_factory.mktemp("arm"))
 
 
 def torque(robot: Any, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from ocp_traj.task import Boundary, Limits, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
 
-def random_task(
+def random_two_point_task(
     rng: np.random.Generator, n: int, *, moving: bool = False, virtual_knots: int
 ) -> TrajectoryTask:
     """Return a random two-point task: limits over a decade and more, optionally with ends that move."""

@@ -104,7 +104,7 @@ def test_tolerance_around_waypoints_shortens_the_bound() -> None:
     assert loose.lower <= loose.estimate < kinematic_bound(exact).lower
 
 
-def random_task(rng: np.random.Generator, gaps: int, n: int) -> TrajectoryTask:
+def random_lopsided_task(rng: np.random.Generator, gaps: int, n: int) -> TrajectoryTask:
     """Return a task with random waypoints and random, asymmetric limits that may differ from gap to gap."""
     waypoints = rng.normal(size=(gaps + 1, n)) * rng.choice([1e-3, 0.1, 1.0])
     if n > 1 and rng.random() < 0.3:
@@ -125,7 +125,7 @@ def check_random_cases(count: int, seed: int) -> int:
     rng = np.random.default_rng(seed)
     compared = 0
     for _ in range(count):
-        task = random_task(rng, int(rng.integers(1, 5)), int(rng.integers(1, 5)))
+        task = random_lopsided_task(rng, int(rng.integers(1, 5)), int(rng.integers(1, 5)))
         bound = kinematic_bound(task, gap=0.05, largest_nodes=4000, starts=2, time_limit=2.0)
         assert bound.lower is not None and bound.estimate is not None
         assert 0.0 < bound.lower <= bound.estimate * (1 + 1e-9)

@@ -5,37 +5,30 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from helpers.small_tasks import ARM_POINTS, arm_task
 from ocp_traj.exceptions import TaskError
 from ocp_traj.robot import load_robot
 from ocp_traj.solvers.gradient.diagnosis import certain_conflict
 from ocp_traj.solving import SolveResult, solve
 from ocp_traj.task import Boundary, Limits, Objective, TrajectoryTask
 
-ARM_POINTS = np.deg2rad(
-    [
-        [0, -90, 90, -90, -90, 0],
-        [45, -70, 80, -100, -90, 45],
-        [60, -10, 20, -90, -90, 60],
-        [90, -90, 90, -90, -90, 90],
-    ]
-)
 STRONG = np.array([150.0, 150.0, 150.0, 28.0, 28.0, 28.0])
 
 
 @pytest.fixture(scope="module")
-def arm():
+def ur5():
     return load_robot("ur5")
-
-
-def arm_task(arm, torque, **changes) -> TrajectoryTask:
-    limits = {"velocity": 2.1, "acceleration": 5.2, "torque": torque, **changes.pop("limits", {})}
-    return TrajectoryTask(ARM_POINTS, Limits(**limits), arm, **changes)
 
 
 def weakened(joint: int, most: float):
     torque = STRONG.copy()
     torque[joint] = most
     return torque
+
+
+def weak_arm(torque, **changes) -> TrajectoryTask:
+    limits = {"torque": torque, **changes.pop("limits", {})}
+    return arm_task(limits=limits, **{"virtual_knots": 1, **changes})
 
 
 def explanation(result: SolveResult) -> str:
@@ -91,9 +84,9 @@ def test_a_certain_conflict_is_told_with_its_numbers_and_without_solving(name: s
     assert result.solution.evaluations == 0
 
 
-def test_torques_that_do_not_hold_the_arm_at_rest_at_the_end_are_named(arm) -> None:
-    needed = arm.torque(ARM_POINTS, 0 * ARM_POINTS, 0 * ARM_POINTS)[0, 1]
-    task = arm_task(arm, weakened(1, 0.9 * abs(needed)), virtual_knots=1, boundary=Boundary(acceleration=0.0))
+def test_torques_that_do_not_hold_the_arm_at_rest_at_the_end_are_named(ur5) -> None:
+    needed = ur5.torque(ARM_POINTS, 0 * ARM_POINTS, 0 * ARM_POINTS)[0, 1]
+    task = weak_arm(weakened(1, 0.9 * abs(needed)), boundary=Boundary(acceleration=0.0))
     limit = 0.9 * abs(needed)
     assert explanation(solve(task)) == (
         f"torque: joint 2, gap 1: {needed:.6g} N m are needed at waypoint 1, "
@@ -101,13 +94,13 @@ def test_torques_that_do_not_hold_the_arm_at_rest_at_the_end_are_named(arm) -> N
     )
 
 
-def test_a_start_from_rest_may_fall_as_fast_as_its_acceleration_limits_allow_and_no_faster(arm) -> None:
-    held = arm.torque(ARM_POINTS, 0 * ARM_POINTS, 0 * ARM_POINTS)[0]
-    inertia = np.array([arm.torque(ARM_POINTS[:1], np.zeros((1, 6)), a[None])[0] - held for a in np.eye(6)]).T
+def test_a_start_from_rest_may_fall_as_fast_as_its_acceleration_limits_allow_and_no_faster(ur5) -> None:
+    held = ur5.torque(ARM_POINTS, 0 * ARM_POINTS, 0 * ARM_POINTS)[0]
+    inertia = np.array([ur5.torque(ARM_POINTS[:1], np.zeros((1, 6)), a[None])[0] - held for a in np.eye(6)]).T
     reach = 0.01 * np.abs(inertia[1]).sum()  # acceleration limit 0.01: the least torque in closed form
     for margin, possible in ((1e-3, True), (-1e-3, False)):
         torque = weakened(1, abs(held[1]) - reach + margin)
-        sentence = certain_conflict(arm_task(arm, torque, virtual_knots=1, limits={"acceleration": 0.01}))
+        sentence = certain_conflict(weak_arm(torque, limits={"acceleration": 0.01}))
         named = (
             "joint 2, gap 1" in sentence
             and "at waypoint 1 whatever the acceleration within its limits" in sentence
@@ -138,8 +131,8 @@ def test_what_no_spline_can_be_is_refused_when_the_task_is_made(changes: dict, k
 
 
 @pytest.mark.parametrize("family", ["cubic", pytest.param("septic", marks=pytest.mark.slow)])
-def test_torques_that_cannot_pass_a_waypoint_are_named_with_the_waypoint(arm, family: str) -> None:
-    task = arm_task(arm, weakened(1, 25.0), family=family, virtual_knots=1 if family == "cubic" else 0)
+def test_torques_that_cannot_pass_a_waypoint_are_named_with_the_waypoint(family: str) -> None:
+    task = weak_arm(weakened(1, 25.0), family=family, virtual_knots=1 if family == "cubic" else 0)
     sentence = explanation(solve(task))
     assert sentence.startswith("torque: joint 2, gap ")
     assert "% over its limit" in sentence
@@ -156,14 +149,9 @@ def test_a_duration_between_bound_and_optimum_names_the_shortest_motion() -> Non
     assert f"takes {np.sqrt(1.5):.6g} s" in sentence
 
 
-def test_a_cartesian_speed_that_leaves_too_little_time_is_told(arm) -> None:
-    task = arm_task(
-        arm,
-        None,
-        limits={"torque": np.inf, "cartesian_speed": (("tool0", 0.05),)},
-        virtual_knots=1,
-        objective=Objective(duration=(0.0, 4.0)),
-    )
+def test_a_cartesian_speed_that_leaves_too_little_time_is_told() -> None:
+    limits = {"cartesian_speed": (("tool0", 0.05),)}
+    task = weak_arm(np.inf, limits=limits, objective=Objective(duration=(0.0, 4.0)))
     sentence = explanation(solve(task))
     assert sentence.startswith("duration: at most 4 s are allowed, even with limits kept at samples only")
 
@@ -178,7 +166,7 @@ def test_limits_in_conflict_without_a_bound_on_time_are_told_by_joint_and_gap() 
     assert "% over its limit in the motion that breaks limits least" in sentence
 
 
-def test_a_task_that_is_hard_but_possible_is_solved_and_not_explained(arm) -> None:
-    result = solve(arm_task(arm, weakened(1, 65.0), virtual_knots=1))
+def test_a_task_that_is_hard_but_possible_is_solved_and_not_explained() -> None:
+    result = solve(weak_arm(weakened(1, 65.0)))
     assert result.feasible, result
     assert result.diagnosis == ""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import casadi as ca
 import pytest
 
+from helpers.small_tasks import plain_task
 from metaheuristics import Status
 from ocp_traj.exceptions import UnavailableError
 from ocp_traj.solvers import parse_solver, solver_table
@@ -18,7 +19,6 @@ from ocp_traj.solvers.gradient.plugins import (
     unavailable_reason,
 )
 from ocp_traj.solving import solve
-from ocp_traj.task import Limits, TrajectoryTask
 
 PAGE = """.../casadi_os.cpp:335: Assertion "handle!=nullptr" failed:
 PluginInterface::load_plugin: Cannot load shared library 'libcasadi_{part}.so':
@@ -29,10 +29,6 @@ PluginInterface::load_plugin: Cannot load shared library 'libcasadi_{part}.so':
     Error code: {missing}: cannot open shared object file: No such file or directory
   Tried '.' :
     Error code: ./libcasadi_{part}.so: cannot open shared object file: No such file or directory"""
-
-
-def small_task() -> TrajectoryTask:
-    return TrajectoryTask([[0.0, 0.0], [1.0, 0.5], [0.5, 1.0]], Limits(velocity=2.0, acceleration=4.0))
 
 
 @pytest.mark.parametrize(
@@ -57,7 +53,7 @@ def test_every_plugin_listed_as_usable_solves_a_motion() -> None:
     usable = [row.name for row in solver_table() if row.kind == "gradient" and row.available]
     assert "ipopt" in usable
     for name in usable:
-        result = solve(small_task(), name, time_limit=60)
+        result = solve(plain_task(), name, time_limit=60)
         assert result.status == "converged", result
         assert result.feasible, result
 
@@ -66,7 +62,7 @@ def test_every_plugin_listed_as_unusable_refuses_with_the_reason_in_the_list() -
     for row in solver_table():
         if row.kind == "gradient" and not row.available:
             with pytest.raises(UnavailableError, match="cannot be used") as caught:
-                solve(small_task(), row.name)
+                solve(plain_task(), row.name)
             assert str(caught.value) == row.reason
 
 
@@ -94,7 +90,7 @@ def test_a_plugin_that_stops_with_an_error_is_a_failure_not_a_crash(monkeypatch:
 
     monkeypatch.setitem(PLUGINS, "sqpmethod", Plugin(options))
     monkeypatch.setattr(Gradient, "check_available", lambda self: None)
-    result = solve(small_task(), Gradient(plugin="sqpmethod", attempts=1))
+    result = solve(plain_task(), Gradient(plugin="sqpmethod", attempts=1))
     assert result.status == "failed"
     assert "conic process failed" in result.message
 

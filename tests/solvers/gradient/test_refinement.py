@@ -13,7 +13,6 @@ from helpers.row_oracle import (
     WAYPOINTS,
     Motion,
     larger_finite,
-    make_arm,
     make_task,
     spline,
     torque,
@@ -27,11 +26,6 @@ from ocp_traj.transcription.lifted.lifted import ExtraPoints
 
 FRACTIONS = np.linspace(0.0, 1.0, 401)
 KNOTS = 1
-
-
-@pytest.fixture(scope="module")
-def arm(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    return make_arm(tmp_path_factory.mktemp("arm"))
 
 
 def motion_through(degree: int, seed: int) -> tuple[Motion, Trajectory]:

@@ -38,11 +38,6 @@ CANDIDATES = 3
 ENDS = ("velocity", "acceleration", "jerk")
 
 
-@pytest.fixture(scope="module")
-def arm(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    return make_arm(tmp_path_factory.mktemp("arm"))
-
-
 def motion_of(task: TrajectoryTask, durations: np.ndarray, offsets: np.ndarray) -> Motion:
     """Return SciPy's spline through waypoints and virtual knots; a free derivative is natural."""
     degree, per_gap = DEGREES[task.family], task.virtual_knots + 1

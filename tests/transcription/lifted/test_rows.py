@@ -23,7 +23,6 @@ from helpers.row_oracle import (
     custom_values,
     instant_limits,
     larger_finite,
-    make_arm,
     make_task,
     spline,
     torque,
@@ -51,11 +50,6 @@ EXTRA = ExtraPoints(
 
 Row = tuple[str, int, int, float, float, float, float]
 """limit, joint, gap, where in the gap, value, lower and upper bound."""
-
-
-@pytest.fixture(scope="module")
-def arm(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    return make_arm(tmp_path_factory.mktemp("arm"))
 
 
 def states_near(rng: np.random.Generator, degree: int, segments: int) -> tuple[np.ndarray, Motion]:

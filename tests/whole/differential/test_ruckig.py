@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ocp_traj as ot
-from helpers.peers.ruckig import random_task, solve_with_ruckig
+from helpers.peers.ruckig import random_two_point_task, solve_with_ruckig
 from ocp_traj.solvers.gradient.gradient import Gradient
 from ocp_traj.task import TrajectoryTask
 
@@ -32,7 +32,7 @@ def compare(task: TrajectoryTask) -> float:
 
 def gaps(seed: int, count: int, *, moving: bool, knots: int = KNOTS) -> np.ndarray:
     rng = np.random.default_rng(seed)
-    tasks = [random_task(rng, 1 + k % 7, moving=moving, virtual_knots=knots) for k in range(count)]
+    tasks = [random_two_point_task(rng, 1 + k % 7, moving=moving, virtual_knots=knots) for k in range(count)]
     return np.array([compare(task) for task in tasks])
 
 
@@ -71,7 +71,7 @@ def test_more_knots_bring_more_problems_to_the_optimum() -> None:
 
 
 def test_ruckigs_motion_breaks_a_limit_that_is_made_a_little_tighter() -> None:
-    task = random_task(np.random.default_rng(3), 3, virtual_knots=KNOTS)
+    task = random_two_point_task(np.random.default_rng(3), 3, virtual_knots=KNOTS)
     motion = solve_with_ruckig(task).trajectory
     assert motion is not None
     assert not ot.audit(task, motion.scaled(1.0 - 1e-5)).feasible
