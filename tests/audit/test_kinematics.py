@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from audit_motions import clamped_cubic, random_pieces, random_spline
 from scipy.interpolate import PPoly
 
+from helpers.audit_motions import clamped_cubic, random_pieces, random_spline
 from ocp_traj.audit import audit
 from ocp_traj.audit.kinematics import kinematic_peaks
 from ocp_traj.audit.motion import ORDERS, Motion
