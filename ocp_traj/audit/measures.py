@@ -95,7 +95,7 @@ def _named(measures: dict[str, Measure], table: str, name: str) -> Measure:
 def _smallest(task: TrajectoryTask, name: str) -> Array:
     """Return every joint's smallest limit above zero, (n,), infinite where there is none."""
     limits = np.abs(task.limits.get(name))
-    return np.where(limits > 0, limits, np.inf).min(axis=(0, 1))
+    return np.asarray(np.where(limits > 0, limits, np.inf).min(axis=(0, 1)))
 
 
 def _curve(task: TrajectoryTask, motion: Motion, measure: Measure, smallest: Array) -> chebyshev.ChebyshevCurve:

@@ -149,7 +149,7 @@ def _unknown(name: str) -> InputError:
 def _has_closed_form(cost: InstantCost, law: SpeedLaw) -> bool:
     """Return whether a cost is a power of the speed, a kinked sum of powers or a sum of squared torques."""
     if not law.torque:
-        return 0 <= law.speed <= POWERS[-1] + 1
+        return law.speed in POWERS + 1
     if (law.torque, law.speed) == (1, 1):
         return cost.shape != "sum"
     return (law.torque, law.speed) == (2, 0) and cost.shape == "sum"
