@@ -11,9 +11,8 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.audit import chebyshev
-from ocp_traj.audit.kinematics import side_ratios
 from ocp_traj.audit.motion import Motion
-from ocp_traj.audit.torque import segments, torques_at
+from ocp_traj.audit.torque import JointCurve, joint_peaks, segments, smallest_limit, torques_at
 from ocp_traj.audit.verdict import Extremum
 from ocp_traj.exceptions import InputError
 from ocp_traj.task import TrajectoryTask
@@ -51,8 +50,8 @@ def further_peaks(task: TrajectoryTask, motion: Motion) -> tuple[list[Extremum],
     peaks, findings = [], []
     for name in task.limits.others:
         if task.limited(name):
-            curve = _curve(task, motion, _named(LIMIT_MEASURES, "limits", name), _smallest(task, name))
-            peaks += _peaks(task, motion, curve, name)
+            curve = _curve(task, motion, _named(LIMIT_MEASURES, "limits", name), smallest_limit(task, name))
+            peaks += joint_peaks(task, JointCurve(motion, curve), curve.coefficients, name)
             findings += [] if curve.resolved else [f"{name}: could not be resolved between samples"]
     return peaks, findings
 
@@ -92,12 +91,6 @@ def _named(measures: dict[str, Measure], table: str, name: str) -> Measure:
         raise InputError(f"{table}.{name}: the judge has no measure of it") from None
 
 
-def _smallest(task: TrajectoryTask, name: str) -> Array:
-    """Return every joint's smallest limit above zero, (n,), infinite where there is none."""
-    limits = np.abs(task.limits.get(name))
-    return np.where(limits > 0, limits, np.inf).min(axis=(0, 1))
-
-
 def _curve(task: TrajectoryTask, motion: Motion, measure: Measure, smallest: Array) -> chebyshev.ChebyshevCurve:
     def values(chosen: chebyshev.Pieces, x: Array) -> Array:
         return measure(task, *torques_at(task, motion, chosen, x)).reshape(*x.shape, motion.n)
@@ -107,32 +100,3 @@ def _curve(task: TrajectoryTask, motion: Motion, measure: Measure, smallest: Arr
         *segments(task, motion),
         lambda largest: np.maximum(_TOLERANCE * np.minimum(largest, smallest), _ROUNDING * largest),
     )
-
-
-def _peaks(
-    task: TrajectoryTask, motion: Motion, curve: chebyshev.ChebyshevCurve, name: str
-) -> list[Extremum]:
-    flat = curve.coefficients.reshape(-1, curve.coefficients.shape[2])
-    row, theta = chebyshev.critical_points(flat)
-    values = chebyshev.evaluate(flat[row], theta)
-    segment, joint = row // motion.n, row % motion.n
-    piece = curve.pieces[segment]
-    lower, upper = task.limits.get(name)[motion.gaps[piece], :, joint].T
-    ratios = side_ratios(values, lower, upper, _ROUNDING * np.abs(flat).sum(axis=1).max())
-    time = motion.starts[piece] + motion.durations[piece] * curve.position(segment, theta)
-    peaks = []
-    for index in np.flatnonzero(np.isfinite(task.limits.get(name)).any(axis=(0, 1))):
-        mine = np.flatnonzero(joint == index)
-        best = mine[np.argmax(ratios[mine])]
-        peaks.append(
-            Extremum(
-                limit=name,
-                joint=int(index),
-                time=float(time[best]),
-                ratio=float(ratios[best]),
-                gap=int(motion.gaps[piece[best]]),
-                value=float(values[best]),
-                bound=float(upper[best] if values[best] >= 0 else lower[best]),
-            )
-        )
-    return peaks

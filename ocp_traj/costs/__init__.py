@@ -34,5 +34,4 @@ __all__ = [
     "Cost",
     "InstantCost",
     "SquaredDerivative",
-    "instant_costs",
 ]

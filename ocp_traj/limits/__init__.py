@@ -31,5 +31,4 @@ __all__ = [
     "InstantLimit",
     "JointLimit",
     "Limit",
-    "instant_limits",
 ]

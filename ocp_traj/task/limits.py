@@ -49,8 +49,8 @@ class Limits:
 
     def get(self, name: str) -> Array:
         """Return one limit, inside a task its (G, 2, n) array; None where there is none."""
-        values: Array = getattr(self, name, self.others.get(name))
-        return values
+        values: Any = self.others.get(name)
+        return getattr(self, name, values)  # type: ignore[no-any-return]
 
     @property
     def names(self) -> list[str]:

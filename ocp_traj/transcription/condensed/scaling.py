@@ -25,6 +25,10 @@ WIDEST = 50.0
 """Largest slowing tried for costs other than time when no duration bound ends the search."""
 
 
+UNKNOWN = SpeedLaw(torque=-1)
+"""Law of what does not state one."""
+
+
 @dataclass(frozen=True)
 class TorqueParts:
     """Torque at scale s: still + damping / s + moving / s^2, each (n, N, S, p)."""
@@ -45,17 +49,20 @@ class Scaling:
 
     def __init__(self, task: TrajectoryTask, rows: CondensedRows) -> None:
         self.task, self.rows = task, rows
-        self.laws: dict[str, SpeedLaw] = {}
-        for entry in rows.instants:
-            law = entry.limit.scaling(task)
-            if law is None or (law.torque, law.speed > 0) not in ((0, True), (1, False)):
-                raise _unknown(entry.limit.name)
-            self.laws[f"limit {entry.limit.name}"] = law
-        for term in rows.terms:
-            law = term.term.scaling(task)
-            if law is None or not _has_closed_form(term.term, law):
-                raise _unknown(f"cost {term.term.name}")
-            self.laws[f"cost {term.term.name}"] = law
+        self.limit_laws = [entry.limit.scaling(task) or UNKNOWN for entry in rows.instants]
+        self.cost_laws = [entry.term.scaling(task) or UNKNOWN for entry in rows.terms]
+        unknown = [
+            *(e.limit.name for e, law in zip(rows.instants, self.limit_laws) if not _bounds_speed(law)),
+            *(
+                f"cost {e.term.name}"
+                for e, law in zip(rows.terms, self.cost_laws)
+                if not _has_closed_form(e.term, law)
+            ),
+        ]
+        if unknown:
+            raise InputError(
+                f"the scaled encoding does not know how {unknown[0]} scales, expected encoding 'durations'"
+            )
         self.needs_search = bool(rows.squared or rows.terms)
 
     def best(self, curves: CurveBatch, samples: Samples) -> tuple[Array, Array, Array]:
@@ -109,8 +116,7 @@ class Scaling:
             order = entry.limit.order
             if order > 0:
                 lowest = np.maximum(lowest, entry.ratio(samples, lowest**order) ** (1.0 / order))
-        for rows in self.rows.instants:
-            law = self.laws[f"limit {rows.limit.name}"]
+        for rows, law in zip(self.rows.instants, self.limit_laws):
             if not law.torque:
                 for k, values in enumerate(rows.values(samples)):
                     lowest = np.maximum(lowest, rows.block.ratio(k, values) ** (1.0 / law.speed))
@@ -127,8 +133,7 @@ class Scaling:
         for term in self.rows.squared:
             smooth[row_of(2 * term.order - 1)] += self.rows.squared_integral(term, curves)
         kinks: list[Kinks] = []
-        for entry in self.rows.terms:
-            law = self.laws[f"cost {entry.term.name}"]
+        for entry, law in zip(self.rows.terms, self.cost_laws):
             if not law.torque:
                 integrand = self.rows.term_integrand(entry, samples)
                 smooth[row_of(law.speed - 1)] += self.rows.integrate(integrand, curves.h)
@@ -142,14 +147,15 @@ class Scaling:
         return SpeedCost(smooth, tuple(kinks))
 
 
-def _unknown(name: str) -> InputError:
-    return InputError(f"the scaled encoding does not know how {name} scales, expected encoding 'durations'")
+def _bounds_speed(law: SpeedLaw) -> bool:
+    """Return whether a limit on such a value has a largest speed in closed form."""
+    return law.speed > 0 if not law.torque else (law.torque, law.speed) == (1, 0)
 
 
 def _has_closed_form(cost: InstantCost, law: SpeedLaw) -> bool:
     """Return whether a cost is a power of the speed, a kinked sum of powers or a sum of squared torques."""
     if not law.torque:
-        return 0 <= law.speed <= POWERS[-1] + 1
+        return law.speed in POWERS + 1
     if (law.torque, law.speed) == (1, 1):
         return cost.shape != "sum"
     return (law.torque, law.speed) == (2, 0) and cost.shape == "sum"
