@@ -13,7 +13,7 @@ import numpy as np
 
 from ocp_traj.arrays import Array, ArrayLike, read_only
 from ocp_traj.exceptions import TaskError
-from ocp_traj.spline import FAMILIES
+from ocp_traj.spline import Family, FamilyField
 
 if TYPE_CHECKING:
     from ocp_traj.robot.robot import Robot
@@ -116,7 +116,7 @@ class Boundary:
     """Start and end of the motion: (2, n) rows [start, end]; ``None`` leaves a derivative free.
 
     ``"default"`` is the family's own: acceleration free for cubic and zero otherwise, jerk zero for septic and
-    free otherwise.
+    free otherwise (see `Family.end_orders`).
 
     Parameters
     ----------
@@ -129,16 +129,12 @@ class Boundary:
     acceleration: ArrayLike | None | Literal["default"] = "default"
     jerk: ArrayLike | None | Literal["default"] = "default"
 
-    def expanded(self, family: str, n: int) -> Boundary:
+    def expanded(self, family: Family, n: int) -> Boundary:
         """Return boundary conditions with (2, n) arrays, or None where free."""
-        defaults = {
-            "velocity": 0.0,
-            "acceleration": None if family == "cubic" else 0.0,
-            "jerk": 0.0 if family == "septic" else None,
-        }
         values: dict[str, Any] = {}
-        for name, default in defaults.items():
+        for order, name in enumerate(("velocity", "acceleration", "jerk"), start=1):
             given = getattr(self, name)
+            default = 0.0 if order in family.end_orders else None
             value = default if isinstance(given, str) else given
             if value is None:
                 values[name] = None
@@ -339,8 +335,8 @@ class TrajectoryTask:
         What is not given comes from the robot.
     robot : Robot, optional
         Without it the problem is purely kinematic.
-    family : str
-        ``"cubic"``, ``"quintic"``, ``"septic"`` or ``"3-5-3"``.
+    family : Family or str
+        ``"cubic"``, ``"quintic"``, ``"septic"``, ``"3-5-3"``, or a `Family` of one's own; the task holds the family.
     virtual_knots : int
         Free knots added inside every gap between waypoints.
     boundary, objective, search
@@ -361,7 +357,7 @@ class TrajectoryTask:
     waypoints: Array
     limits: Limits = field(default_factory=Limits)
     robot: Robot | None = None
-    family: str = "cubic"
+    family: FamilyField = FamilyField("cubic")  # noqa: RUF009 (a descriptor)
     virtual_knots: int = 0
     boundary: Boundary = field(default_factory=Boundary)
     objective: Objective = field(default_factory=Objective)
@@ -478,14 +474,15 @@ class TrajectoryTask:
 
     def _check_freedom(self) -> None:
         """Refuse a spline with fewer free coefficients than conditions (contract, section 1)."""
-        if not FAMILIES[self.family].takes_virtual_knots:
-            if self.boundary.acceleration is None or self.boundary.jerk is not None:
-                raise TaskError("boundary", "3-5-3 has given end accelerations and free end jerks")
+        given = {"acceleration": self.boundary.acceleration is not None, "jerk": self.boundary.jerk is not None}
+        if not self.family.takes_end_conditions:
+            own = {name: order in self.family.end_orders for order, name in enumerate(given, start=2)}
+            if given != own:
+                rule = " and ".join(f"{'given' if own[name] else 'free'} end {name}s" for name in own)
+                raise TaskError("boundary", f"{self.family} has {rule}")
             return
-        degree = FAMILIES[self.family].degree
-        given = 1 + sum(value is not None for value in (self.boundary.acceleration, self.boundary.jerk))
-        segments = self.gaps * (self.virtual_knots + 1)
-        free, conditions = segments + degree, self.gaps + 1 + 2 * given
+        free = self.family.free_coefficients(self.gaps * (self.virtual_knots + 1))
+        conditions = self.gaps + 1 + 2 * (1 + sum(given.values()))
         if free < conditions:
             raise TaskError(
                 "spline.virtual_knots",
@@ -512,14 +509,14 @@ def _check_waypoints(waypoints: ArrayLike) -> Array:
     return read_only(array)
 
 
-def _check_family(family: str, virtual_knots: int, count: int) -> None:
-    if not isinstance(family, str) or family not in FAMILIES:
-        raise TaskError("spline.family", f"{family!r} is unknown, expected one of {', '.join(FAMILIES)}")
+def _check_family(family: Family, virtual_knots: int, count: int) -> None:
     if not isinstance(virtual_knots, int) or isinstance(virtual_knots, bool) or virtual_knots < 0:
         raise TaskError(
             "spline.virtual_knots", f"{virtual_knots!r} given, expected a whole number of 0 or more"
         )
-    if family == "3-5-3" and virtual_knots:
-        raise TaskError("spline.virtual_knots", f"{virtual_knots} given, but 3-5-3 takes none")
-    if family == "3-5-3" and count < 4:
-        raise TaskError("spline.family", f"3-5-3 needs at least 4 waypoints, {count} given")
+    if virtual_knots and not family.takes_virtual_knots:
+        raise TaskError("spline.virtual_knots", f"{virtual_knots} given, but {family} takes none")
+    if count < family.least_waypoints:
+        raise TaskError(
+            "spline.family", f"{family} needs at least {family.least_waypoints} waypoints, {count} given"
+        )

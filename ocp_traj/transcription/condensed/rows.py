@@ -20,13 +20,13 @@ from ocp_traj.exceptions import InputError
 from ocp_traj.limits import DERIVATIVE_LIMITS, DerivativeLimit, SampledConstraint
 from ocp_traj.limits.limit import bound_scales, finite_joints
 from ocp_traj.limits.torque import TorqueLimit
-from ocp_traj.spline import get_family
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.transcription.condensed.batch import CurveBatch
 from ocp_traj.transcription.condensed.exact_rows import largest_ratio, write_exact, write_positions
 from ocp_traj.transcription.condensed.limit_rows import Block
 from ocp_traj.transcription.condensed.samples import Buffers, Samples
 from ocp_traj.transcription.instants import Instant, instant_function, instant_of
+from ocp_traj.transcription.quadrature import gauss_legendre, simpson_weights
 
 
 class _ThreadBuffers(threading.local):
@@ -150,11 +150,7 @@ class CondensedRows:
     @cached_property
     def simpson(self) -> Array:
         """Weights of Simpson's rule on a segment of unit duration, (N,)."""
-        count = len(self.fractions) - 1
-        weights = np.full(count + 1, 2.0)
-        weights[1::2] = 4.0
-        weights[[0, -1]] = 1.0
-        return weights / (3 * count)
+        return simpson_weights(len(self.fractions) - 1)
 
     def integrate(self, integrand: Array, h: Array) -> Array:
         """Integrate (N, S, p) over time with durations (S, p); returns (p,)."""
@@ -164,9 +160,9 @@ class CondensedRows:
 
     def squared_integral(self, term: SquaredDerivative, curves: CurveBatch) -> Array:
         """Return the weighted integral of a squared derivative, exact by Gauss-Legendre, (p,)."""
-        nodes, weights = np.polynomial.legendre.leggauss(curves.degree - term.order + 1)
-        values = curves.sample(term.order, tuple(float(node) for node in (nodes + 1) / 2))
-        integral: Array = np.einsum("insp,n,sp->p", values**2, weights / 2, curves.h)
+        nodes, weights = gauss_legendre(curves.degree - term.order + 1)
+        values = curves.sample(term.order, tuple(nodes))
+        integral: Array = np.einsum("insp,n,sp->p", values**2, weights, curves.h)
         return term.weight(self.task) * integral
 
 
@@ -193,7 +189,7 @@ def make_rows(task: TrajectoryTask, samples: int, extrema: str) -> CondensedRows
     """Choose the rows of a task; see `CondensedNlp` for the parameters."""
     if extrema not in ("auto", "exact", "sampled"):
         raise InputError(f"extrema {extrema!r} is unknown, expected 'auto', 'exact' or 'sampled'")
-    family = get_family(task.family)
+    family = task.family
     if extrema == "exact" and family.degree > 5:
         raise InputError(
             f"exact extrema of {task.family} have no closed form, expected extrema 'sampled' or 'auto'"
