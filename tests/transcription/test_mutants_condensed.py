@@ -81,7 +81,7 @@ def motion_for(nlp: CondensedNlp, x: np.ndarray, scale: float = 1.0) -> Motion:
     task = nlp.task
     if task.family not in DEGREES:
         return decoded(nlp, x)
-    durations = x[: nlp.segments] if nlp.encoding == "durations" else np.exp(x[: nlp.segments])
+    durations = x[: nlp.segments] if str(nlp.encoding) == "durations" else np.exp(x[: nlp.segments])
     return motion_of(task, durations * scale, x[nlp.segments :].reshape(-1, task.n))
 
 
