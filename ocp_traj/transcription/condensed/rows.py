@@ -23,7 +23,7 @@ from ocp_traj.limits.torque import TorqueLimit
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.transcription.condensed.batch import CurveBatch
 from ocp_traj.transcription.condensed.exact_rows import largest_ratio, write_exact, write_positions
-from ocp_traj.transcription.condensed.limit_rows import Block
+from ocp_traj.transcription.condensed.limit_rows import LimitRows
 from ocp_traj.transcription.condensed.samples import Buffers, Samples
 from ocp_traj.transcription.instants import Instant, instant_function, instant_of
 from ocp_traj.transcription.quadrature import gauss_legendre, simpson_weights
@@ -42,7 +42,7 @@ class KinematicRows:
     """One derivative limit: exact extrema where the degree allows, samples elsewhere."""
 
     limit: DerivativeLimit
-    block: Block
+    block: LimitRows
     exact: bool
 
     def write(self, samples: Samples, out: Array) -> None:
@@ -71,7 +71,7 @@ class InstantRows:
     """One constraint on functions of an instant (torque, torque rate, Cartesian speed, custom)."""
 
     constraint: SampledConstraint
-    block: Block
+    block: LimitRows
     function: Any = field(repr=False)
 
     def values(self, samples: Samples) -> Array:
@@ -109,7 +109,7 @@ class CondensedRows:
         self.instants = [
             InstantRows(
                 constraint,
-                Block.of(
+                LimitRows.of(
                     constraint.name,
                     constraint.joints(task),
                     np.repeat(constraint.bounds(task), self.per_gap, axis=0),
@@ -127,7 +127,7 @@ class CondensedRows:
         self.squared = [term for term in SQUARED_DERIVATIVES if term.weight(task) > 0]
 
     @cached_property
-    def blocks(self) -> list[Block]:
+    def blocks(self) -> list[LimitRows]:
         """Blocks of rows in order."""
         return [*(entry.block for entry in self.kinematic), *(entry.block for entry in self.instants)]
 
@@ -206,7 +206,7 @@ def make_rows(task: TrajectoryTask, samples: int, extrema: str) -> CondensedRows
         points = (0.0, 1.0) if exact else grid_fractions(intervals)
         kinematic.append(
             KinematicRows(
-                limit, Block.of(limit.name, joints, bounds, bound_scales(bounds), points, per_gap), exact
+                limit, LimitRows.of(limit.name, joints, bounds, bound_scales(bounds), points, per_gap), exact
             )
         )
     return CondensedRows(task, kinematic, instant_of(task), intervals)

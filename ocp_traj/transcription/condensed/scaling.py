@@ -17,8 +17,8 @@ from ocp_traj.limits.cartesian_speed import CartesianSpeedLimit
 from ocp_traj.limits.torque import TorqueLimit
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.transcription.condensed.batch import CurveBatch
-from ocp_traj.transcription.condensed.best_speed import POWERS, Cost, Kinks, cheapest_root, row_of
-from ocp_traj.transcription.condensed.limit_rows import Block
+from ocp_traj.transcription.condensed.best_speed import POWERS, Kinks, SpeedCost, cheapest_root, row_of
+from ocp_traj.transcription.condensed.limit_rows import LimitRows
 from ocp_traj.transcription.condensed.rows import CondensedRows, InstantTerm
 from ocp_traj.transcription.condensed.samples import Samples
 
@@ -107,7 +107,7 @@ class Scaling:
                     lowest = np.maximum(lowest, 1.0 / fastest)
         return lowest, stuck
 
-    def _cost(self, curves: CurveBatch, samples: Samples, parts: TorqueParts | None, total: Array) -> Cost:
+    def _cost(self, curves: CurveBatch, samples: Samples, parts: TorqueParts | None, total: Array) -> SpeedCost:
         smooth = np.zeros((len(POWERS), len(total)))
         smooth[row_of(-1)] = self.task.objective.time * total
         for term in self.rows.squared:
@@ -120,7 +120,7 @@ class Scaling:
                 kinks.append(_power_kinks(entry, samples.motion(1), parts, weights, smooth))
             else:
                 _add_squared_torque(self._square_factors(entry), parts, weights, smooth)
-        return Cost(smooth, tuple(kinks))
+        return SpeedCost(smooth, tuple(kinks))
 
     def _square_factors(self, entry: InstantTerm) -> Array:
         """Return the factors f with integrand sum f tau^2 of the terms quadratic in the torque, (n,)."""
@@ -130,7 +130,7 @@ class Scaling:
         return torque_scales(self.task) ** -2.0
 
 
-def fastest_root(parts: TorqueParts, block: Block) -> tuple[Array, Array]:
+def fastest_root(parts: TorqueParts, block: LimitRows) -> tuple[Array, Array]:
     """Return the largest r the torque limits allow from standstill on, and the excess at r = 0, (p,) each.
 
     The excess is that of gravity and Coulomb friction over a limit, in units of the block's scale.

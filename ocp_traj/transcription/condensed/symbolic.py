@@ -12,7 +12,7 @@ from ocp_traj.spline.hermite import derivative_row
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.transcription.condensed.encodings import Encoding
 from ocp_traj.transcription.condensed.extrema import SymbolicOperations, extremes
-from ocp_traj.transcription.condensed.limit_rows import Block
+from ocp_traj.transcription.condensed.limit_rows import LimitRows
 from ocp_traj.transcription.condensed.rows import CondensedRows, KinematicRows
 from ocp_traj.transcription.curve import decided_knots, end_conditions
 from ocp_traj.transcription.nlp import Symbol
@@ -87,7 +87,7 @@ def _kinematic_rows(entry: KinematicRows, pieces: list[Piece]) -> Any:
     return _in_order(ca.horzcat(*sides[0], *sides[1]), entry.block)
 
 
-def _in_order(values: Any, block: Block) -> Any:
+def _in_order(values: Any, block: LimitRows) -> Any:
     """Return values (k, N S), segments fastest, as scaled rows: values slowest, segments fastest."""
     scale = np.tile(block.scale, (1, len(block.fractions)))
     return ca.vec((values / ca.DM(scale)).T)
