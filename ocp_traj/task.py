@@ -482,7 +482,8 @@ class TrajectoryTask:
                 raise TaskError("boundary", f"{self.family} has {rule}")
             return
         free = self.family.free_coefficients(self.gaps * (self.virtual_knots + 1))
-        conditions = self.gaps + 1 + 2 * (1 + sum(given.values()))
+        above_jerk = sum(order > 3 for order in self.family.end_orders)
+        conditions = self.gaps + 1 + 2 * (1 + sum(given.values()) + above_jerk)
         if free < conditions:
             raise TaskError(
                 "spline.virtual_knots",

@@ -14,8 +14,9 @@ from ocp_traj.trajectory import Trajectory
 
 
 def end_conditions(task: TrajectoryTask) -> EndConditions:
-    """Return the derivatives the task gives at both ends, each (1, n)."""
-    ends: list[dict[int, Any]] = [{}, {}]
+    """Return the derivatives the task gives at both ends, each (1, n); those above the jerk vanish or are free."""
+    above = {order: np.zeros((1, task.n)) for order in task.family.end_orders if order > 3}
+    ends: list[dict[int, Any]] = [dict(above), dict(above)]
     for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
         given = getattr(task.boundary, name)
         if given is not None:
