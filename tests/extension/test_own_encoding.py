@@ -117,23 +117,27 @@ def test_it_is_compared(tmp_path: Path, known: None, monkeypatch: pytest.MonkeyP
     assert all(record.status != "failed" and record.duration for record in rows.values())
 
 
-def test_an_encoding_says_itself_whether_it_decides_the_speed(known: None) -> None:
-    class Fixed(Speeds):
-        name = "fixed"
-        decides_speed = True
+class Fixed(Durations):
+    """Like durations, but it says that it decides the speed, and it has no symbols."""
 
-        def symbolic_durations(self, x: Any) -> Any:
-            return Encoding.symbolic_durations(self, x)
+    name = "fixed"
+    decides_speed = True
 
+    def symbolic_durations(self, x: Any) -> Any:
+        """Refuse."""
+        return Encoding.symbolic_durations(self, x)
+
+
+def test_an_encoding_without_symbols_says_so() -> None:
     with pytest.raises(UnavailableError, match="the fixed encoding has no symbols"):
         _ = CondensedNlp(TASK, encoding=Fixed).g
-    ENCODINGS["fixed"] = Fixed
-    try:
-        case = ot.load_case("ur5-torque-limited")
-        with pytest.raises(InputError, match="NSGA-II decides the speed itself"):
-            parse_solver("pymoo-nsga2[encoding=fixed]").run(case, Request(budget=50))
-    finally:
-        del ENCODINGS["fixed"]
+
+
+def test_an_encoding_says_itself_that_it_decides_the_speed(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("pymoo")
+    monkeypatch.setitem(ENCODINGS, "fixed", Fixed)
+    with pytest.raises(InputError, match="NSGA-II decides the speed itself"):
+        parse_solver("pymoo-nsga2[encoding=fixed]").run(ot.load_case("ur5-torque-limited"), Request(budget=50))
 
 
 def test_distances_are_the_encoding_s_own() -> None:
