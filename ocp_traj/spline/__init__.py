@@ -5,7 +5,7 @@ A new family is one file with a `Family` subclass, and one line here; a task tak
 
 from __future__ import annotations
 
-from typing import Any, overload
+from typing import overload
 
 from ocp_traj.exceptions import TaskError, UnknownNameError
 from ocp_traj.spline.family import Family, Piece, SplinePart
@@ -63,8 +63,8 @@ class FamilyField:
     def __get__(self, task: object, owner: type) -> Family: ...
     def __get__(self, task: object | None, owner: type) -> Family | str:
         """Return the family of a task."""
-        held: Any = self.default if task is None else task.__dict__["family"]
-        return held  # type: ignore[no-any-return]
+        held: Family | str = self.default if task is None else task.__dict__["family"]
+        return held
 
     def __set__(self, task: object, family: Family | str) -> None:
         """Set the family of a task; raise `TaskError` where the name is unknown."""

@@ -144,4 +144,4 @@ def test_distances_are_the_encoding_s_own() -> None:
     scaled, plain = (CondensedNlp(TASK, encoding=name).encoding for name in ("scaled", "log-durations"))
     x = plain.lower.copy()
     longer = x + np.r_[np.full(plain.segments, 0.5), np.zeros(len(x) - plain.segments)]
-    assert scaled.distance(x, longer) == pytest.approx(0.0, abs=1e-12) < plain.distance(x, longer)
+    assert scaled.distance(x, longer) < 1e-12 < plain.distance(x, longer)

@@ -1,4 +1,7 @@
-"""What an encoding is: how variables, durations and virtual knots follow from each other, and how they are judged."""
+"""What an encoding is: how variables, durations and virtual knots follow from each other, and how they are judged.
+
+By default every limit is a constraint row.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from ocp_traj.exceptions import UnavailableError
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.condensed.batch import CurveBatch, build_curves
-from ocp_traj.transcription.condensed.rows import CondensedRows
+from ocp_traj.transcription.condensed.rows import CondensedRows, InstantRows, KinematicRows
 from ocp_traj.transcription.condensed.samples import Samples
 from ocp_traj.transcription.curve import build_trajectory
 from ocp_traj.transcription.duration_rows import duration_rows
@@ -149,25 +152,41 @@ class Encoding(ABC):
 
     def distance(self, x: Array, y: Array) -> float:
         """Return how far two candidates are apart: the mean difference of their variables, in widths of the box."""
-        return self.mean_share(x - y)
-
-    def mean_share(self, difference: Array) -> float:
-        """Return the mean magnitude of a difference of variables, in widths of the box."""
-        width = self.upper - self.lower
+        difference, width = x - y, self.upper - self.lower
         share = np.divide(difference, width, out=np.zeros_like(difference), where=width > 0)
         return float(np.abs(share).mean())
 
-    @abstractmethod
-    def evaluate(self, curves: CurveBatch) -> Evaluation:
-        """Return cost and violation of the curves of a population."""
+    @property
+    def entries(self) -> list[KinematicRows | InstantRows]:
+        """The limits that are constraint rows."""
+        return [*self.rows.kinematic, *self.rows.instants]
 
-    @abstractmethod
+    @property
+    def singles(self) -> list[tuple[float, float, RowBlock]]:
+        """Lower bound, upper bound and label of each row that comes after those of the limits."""
+        return [(row.lower, row.upper, row.label) for row in self.sums]
+
     def bounds(self) -> tuple[Array, Array]:
         """Return lower and upper bounds of the rows g, (m,) each."""
+        sides = [entry.block.row_bounds() for entry in self.entries]
+        lower, upper = ([single[side] for single in self.singles] for side in (0, 1))
+        return np.concatenate([*(low for low, _ in sides), lower]), np.concatenate(
+            [*(high for _, high in sides), upper]
+        )
 
-    @abstractmethod
     def labels(self) -> list[RowBlock]:
         """Return the labels of the rows."""
+        return [*(entry.block.row_block() for entry in self.entries), *(label for *_, label in self.singles)]
+
+    def evaluate(self, curves: CurveBatch) -> Evaluation:
+        """Return cost and violation of the curves of a population."""
+        samples = self.rows.samples(curves)
+        cost: Array = self.task.objective.time * curves.h.sum(axis=0)
+        for term in self.rows.squared:
+            cost = cost + self.rows.squared_integral(term, curves)
+        for instant in self.rows.terms:
+            cost = cost + self.rows.integrate(self.rows.term_integrand(instant, samples), curves.h)
+        return Evaluation(cost, self.violation(samples, self.duration_violation(curves.h)))
 
     def scale(self, curves: CurveBatch) -> Array:
         """Return the factor on the durations, (p,)."""
@@ -181,19 +200,18 @@ class Encoding(ABC):
             violation[index] = np.maximum(np.maximum(value - row.upper, row.lower - value), 0.0)
         return violation
 
+    def violation(self, samples: Samples, rest: Array) -> Array:
+        """Return the violations (p, m) of the limits that are rows, followed by ready ones `rest` (rows, p).
 
-def write_rows(entries: list[Any], samples: Samples, rest: Array) -> Array:
-    """Return the violations (p, m) of kinematic and instant rows, followed by ready ones `rest` (rows, p).
-
-    Candidates lie next to each other in memory, as everywhere below.
-    """
-    p = samples.curves.h.shape[1]
-    sizes = [entry.block.size for entry in entries]
-    violation = np.empty((sum(sizes) + len(rest), p))
-    start = 0
-    for entry, size in zip(entries, sizes):
-        entry.write(samples, violation[start : start + size].reshape(*entry.block.shape, p))
-        start += size
-    violation[start:] = rest
-    result: Array = violation.T
-    return result
+        Candidates lie next to each other in memory, as everywhere below.
+        """
+        entries, p = self.entries, samples.curves.h.shape[1]
+        sizes = [entry.block.size for entry in entries]
+        violation = np.empty((sum(sizes) + len(rest), p))
+        start = 0
+        for entry, size in zip(entries, sizes):
+            entry.write(samples, violation[start : start + size].reshape(*entry.block.shape, p))
+            start += size
+        violation[start:] = rest
+        result: Array = violation.T
+        return result

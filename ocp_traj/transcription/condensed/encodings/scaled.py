@@ -12,8 +12,7 @@ from ocp_traj.limits.torque import TorqueLimit
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.transcription.condensed.batch import CurveBatch
 from ocp_traj.transcription.condensed.encodings.durations import LogDurations
-from ocp_traj.transcription.condensed.encodings.encoding import write_rows
-from ocp_traj.transcription.condensed.rows import CondensedRows
+from ocp_traj.transcription.condensed.rows import CondensedRows, InstantRows, KinematicRows
 from ocp_traj.transcription.condensed.scaling import SCALABLE_TERMS, Scaling
 from ocp_traj.transcription.nlp import RowBlock, Symbol
 
@@ -48,7 +47,6 @@ class Scaled(LogDurations):
                     "expected encoding 'durations'"
                 )
         self.scaling = Scaling(task, rows)
-        self.fixed = [entry for entry in rows.kinematic if entry.limit.order == 0]
 
     def symbolic_durations(self, x: Symbol) -> Symbol:
         """Refuse; see `Encoding.symbolic_durations`."""
@@ -57,24 +55,16 @@ class Scaled(LogDurations):
             "expected encoding 'durations' or 'log-durations'"
         )
 
-    def bounds(self) -> tuple[Array, Array]:
-        """Return bounds of the rows that scaling cannot mend: positions, what exceeds at rest, durations."""
-        sides = [entry.block.row_bounds() for entry in self.fixed]
-        lower = np.array([-np.inf, *(row.lower for row in self.sums)])
-        upper = np.array([0.0, *(row.upper for row in self.sums)])
-        return (
-            np.concatenate([*(low for low, _ in sides), lower]),
-            np.concatenate([*(high for _, high in sides), upper]),
-        )
+    @property
+    def entries(self) -> list[KinematicRows | InstantRows]:
+        """The limits that no scaling can mend: positions."""
+        return [entry for entry in self.rows.kinematic if entry.limit.order == 0]
 
-    def labels(self) -> list[RowBlock]:
-        """Return the labels of the rows."""
+    @property
+    def singles(self) -> list[tuple[float, float, RowBlock]]:
+        """The rows of what exceeds limits at rest, and of durations."""
         stuck = RowBlock("limits at rest", np.array([-1]), np.array([0]), np.array([0.0]))
-        return [
-            *[entry.block.row_block() for entry in self.fixed],
-            stuck,
-            *[row.label for row in self.sums],
-        ]
+        return [(-np.inf, 0.0, stuck), *super().singles]
 
     def scale(self, curves: CurveBatch) -> Array:
         """Return the best feasible scale of every candidate, (p,)."""
@@ -84,11 +74,11 @@ class Scaled(LogDurations):
         """Return how far two candidates are apart; only the proportions of their durations count."""
         difference = x - y
         difference[: self.segments] -= difference[: self.segments].mean()
-        return self.mean_share(difference)
+        return super().distance(difference, np.zeros_like(y))
 
     def evaluate(self, curves: CurveBatch) -> Evaluation:
         """Return cost and violation at every candidate's best scale."""
         samples = self.rows.samples(curves)
         scale, cost, stuck = self.scaling.best(curves, samples)
         rest = np.concatenate([stuck[None], self.duration_violation(curves.h * scale)])
-        return Evaluation(cost, write_rows(self.fixed, samples, rest))
+        return Evaluation(cost, self.violation(samples, rest))
