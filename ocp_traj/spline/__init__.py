@@ -78,7 +78,6 @@ __all__ = [
     "FAMILIES",
     "EndConditions",
     "Family",
-    "FamilyField",
     "Piece",
     "SplinePart",
     "UniformFamily",

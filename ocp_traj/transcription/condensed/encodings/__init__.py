@@ -16,6 +16,14 @@ ENCODINGS: dict[str, type[Encoding]] = {
 def find_encoding(encoding: str | type[Encoding]) -> type[Encoding]:
     """Return the encoding of that name, or the encoding itself.
 
+    Parameters
+    ----------
+    encoding : str or Encoding class
+
+    Returns
+    -------
+    Encoding class
+
     Raises
     ------
     InputError
