@@ -54,7 +54,7 @@ def dumps(task: TrajectoryTask, folder: Path | None = None) -> str:
     if np.any(task.tolerance):
         tables["waypoints"]["tolerance"] = np.asarray(task.tolerance).tolist()
     tables["limits"] = _limits_table(task)
-    tables["spline"] = {"family": task.family, "virtual_knots": task.virtual_knots}
+    tables["spline"] = {"family": task.family.name, "virtual_knots": task.virtual_knots}
     tables["boundary"] = _boundary_table(task)
     tables["objective"] = _objective_table(task)
     tables["search"] = {

@@ -9,6 +9,8 @@ import numpy as np
 
 from ocp_traj.arrays import ArrayLike, read_only
 from ocp_traj.exceptions import TaskError
+from ocp_traj.quantities import RATES
+from ocp_traj.spline import Family
 from ocp_traj.task.checks import numbers
 
 
@@ -17,7 +19,7 @@ class Boundary:
     """Start and end of the motion: (2, n) rows [start, end]; ``None`` leaves a derivative free.
 
     ``"default"`` is the family's own: acceleration free for cubic and zero otherwise, jerk zero for septic and
-    free otherwise.
+    free otherwise (see `Family.end_orders`).
 
     Parameters
     ----------
@@ -30,16 +32,12 @@ class Boundary:
     acceleration: ArrayLike | None | Literal["default"] = "default"
     jerk: ArrayLike | None | Literal["default"] = "default"
 
-    def expanded(self, family: str, n: int) -> Boundary:
+    def expanded(self, family: Family, n: int) -> Boundary:
         """Return boundary conditions with (2, n) arrays, or None where free."""
-        defaults = {
-            "velocity": 0.0,
-            "acceleration": None if family == "cubic" else 0.0,
-            "jerk": 0.0 if family == "septic" else None,
-        }
         values: dict[str, Any] = {}
-        for name, default in defaults.items():
+        for order, name in enumerate(RATES, start=1):
             given = getattr(self, name)
+            default = 0.0 if order in family.end_orders else None
             value = default if isinstance(given, str) else given
             if value is None:
                 values[name] = None

@@ -6,7 +6,7 @@ import numpy as np
 
 from ocp_traj.arrays import Array, ArrayLike, read_only
 from ocp_traj.exceptions import TaskError
-from ocp_traj.spline import FAMILIES
+from ocp_traj.spline import Family
 
 
 def numbers(key: str, value: ArrayLike) -> Array:
@@ -46,15 +46,15 @@ def check_waypoints(waypoints: ArrayLike) -> Array:
     return read_only(array)
 
 
-def check_family(family: str, virtual_knots: int, count: int) -> None:
-    """Refuse a family that is unknown, or not made for so many virtual knots or waypoints."""
-    if not isinstance(family, str) or family not in FAMILIES:
-        raise TaskError("spline.family", f"{family!r} is unknown, expected one of {', '.join(FAMILIES)}")
+def check_family(family: Family, virtual_knots: int, count: int) -> None:
+    """Refuse a family that is not made for so many virtual knots or waypoints."""
     if not isinstance(virtual_knots, int) or isinstance(virtual_knots, bool) or virtual_knots < 0:
         raise TaskError(
             "spline.virtual_knots", f"{virtual_knots!r} given, expected a whole number of 0 or more"
         )
-    if family == "3-5-3" and virtual_knots:
-        raise TaskError("spline.virtual_knots", f"{virtual_knots} given, but 3-5-3 takes none")
-    if family == "3-5-3" and count < 4:
-        raise TaskError("spline.family", f"3-5-3 needs at least 4 waypoints, {count} given")
+    if virtual_knots and not family.takes_virtual_knots:
+        raise TaskError("spline.virtual_knots", f"{virtual_knots} given, but {family} takes none")
+    if count < family.least_waypoints:
+        raise TaskError(
+            "spline.family", f"{family} needs at least {family.least_waypoints} waypoints, {count} given"
+        )

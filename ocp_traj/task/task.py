@@ -10,7 +10,7 @@ import numpy as np
 from ocp_traj.arrays import Array, ArrayLike, read_only
 from ocp_traj.exceptions import TaskError
 from ocp_traj.quantities import COSTS, JOINT_LIMITS
-from ocp_traj.spline import FAMILIES
+from ocp_traj.spline import FamilyField
 from ocp_traj.task.boundary import Boundary
 from ocp_traj.task.checks import check_family, check_waypoints, numbers
 from ocp_traj.task.custom import CustomConstraint
@@ -34,8 +34,8 @@ class TrajectoryTask:
         What is not given comes from the robot.
     robot : Robot, optional
         Without it the problem is purely kinematic.
-    family : str
-        ``"cubic"``, ``"quintic"``, ``"septic"`` or ``"3-5-3"``.
+    family : Family or str
+        ``"cubic"``, ``"quintic"``, ``"septic"``, ``"3-5-3"``, or a `Family` of one's own; the task holds the family.
     virtual_knots : int
         Free knots added inside every gap between waypoints.
     boundary : Boundary
@@ -57,7 +57,7 @@ class TrajectoryTask:
     waypoints: Array
     limits: Limits = field(default_factory=Limits)
     robot: Robot | None = None
-    family: str = "cubic"
+    family: FamilyField = FamilyField("cubic")  # noqa: RUF009 (a descriptor)
     virtual_knots: int = 0
     boundary: Boundary = field(default_factory=Boundary)
     objective: Objective = field(default_factory=Objective)
@@ -172,14 +172,15 @@ class TrajectoryTask:
 
     def _check_freedom(self) -> None:
         """Refuse a spline with fewer free coefficients than conditions (docs/case-file.md)."""
-        if not FAMILIES[self.family].takes_virtual_knots:
-            if self.boundary.acceleration is None or self.boundary.jerk is not None:
-                raise TaskError("boundary", "3-5-3 has given end accelerations and free end jerks")
+        given = {"acceleration": self.boundary.acceleration is not None, "jerk": self.boundary.jerk is not None}
+        if not self.family.takes_end_conditions:
+            own = {name: order in self.family.end_orders for order, name in enumerate(given, start=2)}
+            if given != own:
+                rule = " and ".join(f"{'given' if own[name] else 'free'} end {name}s" for name in own)
+                raise TaskError("boundary", f"{self.family} has {rule}")
             return
-        degree = FAMILIES[self.family].degree
-        given = 1 + sum(value is not None for value in (self.boundary.acceleration, self.boundary.jerk))
-        segments = self.gaps * (self.virtual_knots + 1)
-        free, conditions = segments + degree, self.gaps + 1 + 2 * given
+        free = self.family.free_coefficients(self.gaps * (self.virtual_knots + 1))
+        conditions = self.gaps + 1 + 2 * (1 + sum(given.values()))
         if free < conditions:
             raise TaskError(
                 "spline.virtual_knots",

@@ -6,7 +6,6 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.quantities import RATES
-from ocp_traj.spline import get_family
 from ocp_traj.task import Boundary, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.curve import build_trajectory
@@ -43,14 +42,10 @@ def initial_guess(task: TrajectoryTask, durations: Array | None = None) -> Traje
         Of the gaps, s, before the scaling; from distances and limits when left out.
     """
     gaps = closed_form_durations(task) if durations is None else durations
-    if get_family(task.family).takes_virtual_knots and task.virtual_knots:
-        default = Boundary(task.boundary.velocity)
-        bare = insert_knots(
-            _smooth(task.changed(virtual_knots=0, boundary=default), gaps), task.virtual_knots
-        )
-    else:
-        bare = _smooth(task, gaps)
-    return bare
+    if not task.virtual_knots:
+        return _smooth(task, gaps)
+    bare = task.changed(virtual_knots=0, boundary=Boundary(task.boundary.velocity))
+    return insert_knots(_smooth(bare, gaps), task.virtual_knots)
 
 
 def _smooth(task: TrajectoryTask, durations: Array) -> Trajectory:

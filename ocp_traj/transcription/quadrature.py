@@ -1,4 +1,4 @@
-"""Regular samples of every segment, and Simpson's rule on them."""
+"""Quadratures on a segment of unit duration."""
 
 from __future__ import annotations
 
@@ -13,8 +13,14 @@ def even_intervals(samples: int, per_gap: int) -> int:
 
 
 def simpson_weights(intervals: int) -> Array:
-    """Return the weights of Simpson's rule on a segment of unit duration, (intervals + 1,)."""
+    """Return the weights of Simpson's rule at evenly spaced points, (intervals + 1,); `intervals` is even."""
     weights = np.full(intervals + 1, 2.0)
     weights[1::2] = 4.0
     weights[[0, -1]] = 1.0
     return weights / (3 * intervals)
+
+
+def gauss_legendre(points: int) -> tuple[list[float], Array]:
+    """Return nodes in [0, 1] and weights, exact for polynomials of degree 2 points - 1."""
+    nodes, weights = np.polynomial.legendre.leggauss(points)
+    return [float(node) for node in (nodes + 1) / 2], weights / 2

@@ -156,9 +156,9 @@ class _SplineBounds:
     """Bounds of T over cells of proportions, for one task."""
 
     def __init__(self, task: TrajectoryTask) -> None:
-        from ocp_traj.spline import EndConditions, get_family
+        from ocp_traj.spline import EndConditions
 
-        self.family = get_family(task.family)
+        self.family = task.family
         zero = np.zeros((1, task.n))
         given = {
             order: zero for order, name in enumerate(RATES, 1) if getattr(task.boundary, name) is not None

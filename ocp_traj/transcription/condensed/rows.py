@@ -18,13 +18,12 @@ from ocp_traj.costs import SQUARED_DERIVATIVES, InstantCost, SquaredDerivative, 
 from ocp_traj.exceptions import InputError
 from ocp_traj.limits import DERIVATIVE_LIMITS, DerivativeLimit, InstantLimit, instant_limits
 from ocp_traj.limits.limit import bound_scales, finite_joints
-from ocp_traj.spline import get_family
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.transcription.condensed.batch import CurveBatch
 from ocp_traj.transcription.condensed.exact_rows import largest_ratio, write_exact, write_positions
-from ocp_traj.transcription.condensed.limit_rows import Block
+from ocp_traj.transcription.condensed.limit_rows import LimitRows
 from ocp_traj.transcription.condensed.samples import Buffers, Samples
-from ocp_traj.transcription.quadrature import even_intervals, simpson_weights
+from ocp_traj.transcription.quadrature import even_intervals, gauss_legendre, simpson_weights
 
 
 class _ThreadBuffers(threading.local):
@@ -40,7 +39,7 @@ class KinematicRows:
     """One derivative limit: exact extrema where the degree allows, samples elsewhere."""
 
     limit: DerivativeLimit
-    block: Block
+    block: LimitRows
     exact: bool
 
     def write(self, samples: Samples, out: Array) -> None:
@@ -69,7 +68,7 @@ class InstantRows:
     """One limit of a function of an instant (torque, torque rate, Cartesian speed, custom)."""
 
     limit: InstantLimit
-    block: Block
+    block: LimitRows
     function: Any = field(repr=False)
 
     def values(self, samples: Samples) -> Array:
@@ -102,7 +101,7 @@ class CondensedRows:
         self.instants = [
             InstantRows(
                 limit,
-                Block.of(
+                LimitRows.of(
                     limit.name,
                     limit.joints(task),
                     np.repeat(limit.bounds(task), self.per_gap, axis=0),
@@ -120,7 +119,7 @@ class CondensedRows:
         self.squared = [term for term in SQUARED_DERIVATIVES if term.weight(task) > 0]
 
     @cached_property
-    def blocks(self) -> list[Block]:
+    def blocks(self) -> list[LimitRows]:
         """Blocks of rows in order."""
         return [*(entry.block for entry in self.kinematic), *(entry.block for entry in self.instants)]
 
@@ -140,9 +139,9 @@ class CondensedRows:
 
     def squared_integral(self, term: SquaredDerivative, curves: CurveBatch) -> Array:
         """Return the weighted integral of a squared derivative, exact by Gauss-Legendre, (p,)."""
-        nodes, weights = np.polynomial.legendre.leggauss(curves.degree - term.order + 1)
-        values = curves.sample(term.order, tuple(float(node) for node in (nodes + 1) / 2))
-        integral: Array = np.einsum("insp,n,sp->p", values**2, weights / 2, curves.h)
+        nodes, weights = gauss_legendre(curves.degree - term.order + 1)
+        values = curves.sample(term.order, tuple(nodes))
+        integral: Array = np.einsum("insp,n,sp->p", values**2, weights, curves.h)
         return term.weight(self.task) * integral
 
 
@@ -155,7 +154,7 @@ def make_rows(task: TrajectoryTask, samples: int, extrema: str) -> CondensedRows
     """Choose the rows of a task; see `CondensedNlp` for the parameters."""
     if extrema not in ("auto", "exact", "sampled"):
         raise InputError(f"extrema {extrema!r} is unknown, expected 'auto', 'exact' or 'sampled'")
-    family = get_family(task.family)
+    family = task.family
     if extrema == "exact" and family.degree > 5:
         raise InputError(
             f"exact extrema of {task.family} have no closed form, expected extrema 'sampled' or 'auto'"
@@ -172,7 +171,7 @@ def make_rows(task: TrajectoryTask, samples: int, extrema: str) -> CondensedRows
         points = (0.0, 1.0) if exact else grid_fractions(intervals)
         kinematic.append(
             KinematicRows(
-                limit, Block.of(limit.name, joints, bounds, bound_scales(bounds), points, per_gap), exact
+                limit, LimitRows.of(limit.name, joints, bounds, bound_scales(bounds), points, per_gap), exact
             )
         )
     return CondensedRows(task, kinematic, intervals)

@@ -17,7 +17,7 @@ from ocp_traj.quantities import SpeedLaw
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.transcription.condensed.batch import CurveBatch
 from ocp_traj.transcription.condensed.best_speed import POWERS, Kinks, SpeedCost, cheapest_root, row_of
-from ocp_traj.transcription.condensed.limit_rows import Block
+from ocp_traj.transcription.condensed.limit_rows import LimitRows
 from ocp_traj.transcription.condensed.rows import CondensedRows, InstantTerm
 from ocp_traj.transcription.condensed.samples import Samples
 
@@ -161,7 +161,7 @@ def _has_closed_form(cost: InstantCost, law: SpeedLaw) -> bool:
     return (law.torque, law.speed) == (2, 0) and cost.shape == "sum"
 
 
-def fastest_root(parts: TorqueParts, block: Block) -> tuple[Array, Array]:
+def fastest_root(parts: TorqueParts, block: LimitRows) -> tuple[Array, Array]:
     """Return the largest r the torque limits allow from standstill on, and the excess at r = 0, (p,) each.
 
     The excess is that of gravity and Coulomb friction over a limit, in units of the block's scale.

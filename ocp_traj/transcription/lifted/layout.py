@@ -9,20 +9,10 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.quantities import DERIVATIVES, RATES
-from ocp_traj.spline import get_family
+from ocp_traj.spline.family import SHORTEST
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.lifted.elements import IndexArray
-
-SHORTEST = 1e-3
-"""Least duration of a segment, in an even share of its gap in the guess."""
-
-SHORTEST_WITH_KNOTS = 0.02
-"""The same for cubics with two virtual knots or more, where the guess comes from a solution with fewer."""
-
-SHORTEST_OF_HIGHER_DEGREE = 0.1
-"""The same for quintics and septics with virtual knots: where their knots meet, the derivatives that have to be
-continuous there grow without bound, and the best motion is a limit that no solver reaches."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +94,7 @@ class Layout:
 
 def make_layout(task: TrajectoryTask, guess: Trajectory) -> Layout:
     """Choose moving joints and scales from a guess."""
-    degree = get_family(task.family).degree
+    degree = task.family.degree
     segments = task.gaps * (task.virtual_knots + 1)
     moving = moving_joints(task)
     scale = float(np.mean(np.diff(guess.breakpoints)))
@@ -118,15 +108,11 @@ def _shortest_durations(task: TrajectoryTask, guess: Trajectory) -> Array:
     Knots that crowd add nothing to the motion and leave their durations undetermined, which costs a solver many
     iterations.
     """
-    part = SHORTEST_WITH_KNOTS if task.virtual_knots > 1 else SHORTEST
-    if task.virtual_knots and get_family(task.family).degree > 3:
-        part = SHORTEST_OF_HIGHER_DEGREE
-    parts = np.full(task.gaps, part)
-    if get_family(task.family).degree > 3:  # without travel nothing keeps a segment from vanishing
-        parts[(np.diff(task.waypoints, axis=0) == 0).all(axis=1)] = SHORTEST_OF_HIGHER_DEGREE
+    still = (np.diff(task.waypoints, axis=0) == 0).all(axis=1)
+    fractions = [task.family.least_share(task.virtual_knots, bool(each)) for each in still]
     shares = guess.segment_durations / (task.virtual_knots + 1)
-    least: Array = np.repeat(parts * shares, task.virtual_knots + 1)
-    if task.virtual_knots and get_family(task.family).degree == 3 and task.boundary.acceleration is not None:
+    least: Array = np.repeat(fractions * shares, task.virtual_knots + 1)
+    if task.virtual_knots and task.family.degree == 3 and task.boundary.acceleration is not None:
         # Without a jerk limit the best cubic leaves a given end acceleration at once.
         least[0], least[-1] = SHORTEST * shares[0], SHORTEST * shares[-1]
     return least

@@ -82,9 +82,9 @@ class LiftedNlp(Nlp):
         parts = Parts(self.layout.size)
         add_kinematics(parts, self.layout, extra.derivatives)
         if instant_limits(task) or instant_costs(task):
-            from ocp_traj.transcription.lifted.instant_rows import InstantRows
+            from ocp_traj.transcription.lifted.instant_rows import add_instants
 
-            InstantRows(parts, self.layout, guess, samples, extra.instants, compiled)
+            add_instants(parts, self.layout, guess, samples, extra.instants, compiled)
         lower, upper = state_bounds(self.layout)
         slacks = np.concatenate([*parts.slack_starts, np.empty(0)])
         lower = np.concatenate([lower, np.zeros(len(slacks))])

@@ -31,7 +31,7 @@ from ocp_traj.limits.limit import bound_scales
 from ocp_traj.task import Boundary, CustomConstraint, Limits, Motor, Objective, TrajectoryTask
 from ocp_traj.transcription import transcribe
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
-from ocp_traj.transcription.condensed.limit_rows import Block
+from ocp_traj.transcription.condensed.limit_rows import LimitRows
 
 SAMPLES = 6
 CANDIDATES = 3
@@ -76,7 +76,7 @@ def motion_for(nlp: CondensedNlp, x: np.ndarray, scale: float = 1.0) -> Motion:
     task = nlp.task
     if task.family not in DEGREES:
         return decoded(nlp, x)
-    durations = x[: nlp.segments] if nlp.encoding == "durations" else np.exp(x[: nlp.segments])
+    durations = x[: nlp.segments] if str(nlp.encoding) == "durations" else np.exp(x[: nlp.segments])
     return motion_of(task, durations * scale, x[nlp.segments :].reshape(-1, task.n))
 
 
@@ -349,7 +349,7 @@ def test_costs_of_populations_are_integrals_of_what_pinocchio_says(
 def test_whatever_is_over_a_limit_of_zero_is_infinitely_over() -> None:
     values = np.array([[[0.0, 0.5, -0.5, 1e-3]]])
     symmetric, one_sided = (
-        Block.of("velocity", [0], bounds, bound_scales(bounds), (0.0,), 1)
+        LimitRows.of("velocity", [0], bounds, bound_scales(bounds), (0.0,), 1)
         for bounds in (np.array([[[lower], [0.0]]]) for lower in (0.0, -2.0))
     )
     assert symmetric.ratio(0, values).tolist() == [0.0, np.inf, np.inf, np.inf]
