@@ -474,7 +474,10 @@ class TrajectoryTask:
 
     def _check_freedom(self) -> None:
         """Refuse a spline with fewer free coefficients than conditions (contract, section 1)."""
-        given = {"acceleration": self.boundary.acceleration is not None, "jerk": self.boundary.jerk is not None}
+        given = {
+            "acceleration": self.boundary.acceleration is not None,
+            "jerk": self.boundary.jerk is not None,
+        }
         if not self.family.takes_end_conditions:
             own = {name: order in self.family.end_orders for order, name in enumerate(given, start=2)}
             if given != own:

@@ -150,9 +150,7 @@ def build_curves(task: TrajectoryTask, durations: Array, positions: Array) -> Cu
     outside = part.outside
     inner = slice(outside, len(h) - outside)
     knots = slice(outside, len(h) + 1 - outside)
-    derivatives = knot_derivatives(
-        family.degree, h[inner], positions[knots], part.ends.start, part.ends.end
-    )
+    derivatives = knot_derivatives(family.degree, h[inner], positions[knots], part.ends.start, part.ends.end)
     if outside:
         found = derivatives
         derivatives = np.empty((len(found), len(h) + 1, *found.shape[2:]))
