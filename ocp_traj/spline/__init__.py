@@ -39,9 +39,7 @@ def get_family(family: Family | str) -> Family:
     if isinstance(family, Family):
         return family
     if not isinstance(family, str) or family not in FAMILIES:
-        raise UnknownNameError(
-            f"spline family {family!r} is unknown, expected one of {', '.join(FAMILIES)}"
-        )
+        raise UnknownNameError(f"spline family {family!r} is unknown, expected one of {', '.join(FAMILIES)}")
     return FAMILIES[family]
 
 

@@ -73,6 +73,8 @@ class Family(ABC):
         Highest degree of a piece.
     continuity : int
         Number of continuous derivatives everywhere.
+    smoothness : str
+        For people.
     takes_virtual_knots : bool
     takes_end_conditions : bool
         Whether a task may give or free end accelerations and jerks otherwise than by default.
@@ -84,6 +86,7 @@ class Family(ABC):
     name: ClassVar[str]
     degree: ClassVar[int]
     continuity: ClassVar[int]
+    smoothness: ClassVar[str] = ""
     takes_virtual_knots: ClassVar[bool] = True
     takes_end_conditions: ClassVar[bool] = True
     least_waypoints: ClassVar[int] = 2

@@ -20,6 +20,7 @@ class ThreeFiveThree(Family):
     name = "3-5-3"
     degree = 5
     continuity = 2
+    smoothness = "cubic, quintics, cubic; needs at least four waypoints"
     takes_virtual_knots = False
     takes_end_conditions = False
     least_waypoints = 4

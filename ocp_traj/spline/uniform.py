@@ -35,6 +35,7 @@ class Cubic(UniformFamily):
     name = "cubic"
     degree = 3
     continuity = 2
+    smoothness = "acceleration continuous; end accelerations free unless given"
     first_virtual_knots = 1
 
     def least_share(self, virtual_knots: int, still: bool) -> float:
@@ -48,6 +49,7 @@ class Quintic(UniformFamily):
     name = "quintic"
     degree = 5
     continuity = 4
+    smoothness = "acceleration to snap continuous; zero end accelerations unless given"
 
 
 class Septic(UniformFamily):
@@ -56,3 +58,4 @@ class Septic(UniformFamily):
     name = "septic"
     degree = 7
     continuity = 6
+    smoothness = "continuous to the sixth derivative; zero end jerks unless given"

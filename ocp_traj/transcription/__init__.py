@@ -15,7 +15,10 @@ FORMS = ("condensed", "lifted")
 
 
 def transcribe(
-    task: TrajectoryTask, form: str = "condensed", encoding: str | type[Encoding] = "durations", samples: int = 16
+    task: TrajectoryTask,
+    form: str = "condensed",
+    encoding: str | type[Encoding] = "durations",
+    samples: int = 16,
 ) -> Nlp:
     """Return a task as a numerical problem, to look at or to solve.
 

@@ -9,7 +9,7 @@ import numpy as np
 from ocp_traj.arrays import Array, ArrayLike
 from ocp_traj.exceptions import InputError
 from ocp_traj.quantities import RATES
-from ocp_traj.spline import EndConditions
+from ocp_traj.spline import EndConditions, Piece
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
@@ -45,6 +45,24 @@ def decided_knots(task: TrajectoryTask) -> tuple[list[int], list[int]]:
     return list(range(1, first + 1)), list(range(segments - last, segments))
 
 
+def pieces_through(
+    task: TrajectoryTask, durations: list[Any], positions: list[Any], ends: EndConditions
+) -> list[Piece]:
+    """Return the pieces of the family's curve through knot positions; see `Family.pieces`.
+
+    Parameters
+    ----------
+    task : TrajectoryTask
+    durations, positions : lists of m and m + 1 entries
+        Positions that the end conditions decide are ignored.
+    ends : EndConditions
+        Those of the task, as numbers or symbols.
+    """
+    first, last = decided_knots(task)
+    known = [None if knot in (*first, *last) else row for knot, row in enumerate(positions)]
+    return task.family.pieces(durations, known, ends)
+
+
 def build_trajectory(task: TrajectoryTask, durations: Array, positions: Array) -> Trajectory:
     """Return the family's curve through knot positions.
 
@@ -55,12 +73,8 @@ def build_trajectory(task: TrajectoryTask, durations: Array, positions: Array) -
     positions : (m + 1, n) rad (m)
         At the knots; those that the end conditions decide are ignored.
     """
-    starts, ends = decided_knots(task)
-    rows: list[Any] = [row[None, :] for row in positions]
-    for knot in (*starts, *ends):
-        rows[knot] = None
-    columns = [np.full((1, 1), h) for h in durations]
-    pieces = task.family.pieces(columns, rows, end_conditions(task))
+    columns, rows = [np.full((1, 1), h) for h in durations], [row[None, :] for row in positions]
+    pieces = pieces_through(task, columns, rows, end_conditions(task))
     degree = max(piece.degree for piece in pieces)
     coefficients = np.zeros((len(pieces), task.n, degree + 1))
     for index, piece in enumerate(pieces):

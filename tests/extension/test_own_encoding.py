@@ -137,7 +137,9 @@ def test_an_encoding_says_itself_that_it_decides_the_speed(monkeypatch: pytest.M
     pytest.importorskip("pymoo")
     monkeypatch.setitem(ENCODINGS, "fixed", Fixed)
     with pytest.raises(InputError, match="NSGA-II decides the speed itself"):
-        parse_solver("pymoo-nsga2[encoding=fixed]").run(ot.load_case("ur5-torque-limited"), Request(budget=50))
+        parse_solver("pymoo-nsga2[encoding=fixed]").run(
+            ot.load_case("ur5-torque-limited"), Request(budget=50)
+        )
 
 
 def test_distances_are_the_encoding_s_own() -> None:

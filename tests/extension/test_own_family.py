@@ -143,7 +143,12 @@ def test_an_own_family_is_compared(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     case.write_text(CASE, encoding="utf-8")
     solvers = ("ipopt", "pso[encoding=scaled]")
     plan = Plan(
-        (CaseChoice(str(case)),), solvers, seeds=1, budgets=(300,), references=False, runner="test_own_family:run"
+        (CaseChoice(str(case)),),
+        solvers,
+        seeds=1,
+        budgets=(300,),
+        references=False,
+        runner="test_own_family:run",
     )
     compare(plan, tmp_path / "study")
     with Store(tmp_path / "study") as store:

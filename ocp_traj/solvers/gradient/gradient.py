@@ -427,16 +427,12 @@ class Gradient(Solver):
         return _read_answer(nlp, answer, status, message)
 
 
-def _condensed(
-    task: TrajectoryTask, guess: Trajectory, samples: int, extrema: str = "auto"
-) -> CondensedNlp:
+def _condensed(task: TrajectoryTask, guess: Trajectory, samples: int, extrema: str = "auto") -> CondensedNlp:
     """Return the condensed form in logarithms of the durations, started from a guess."""
     durations = np.asarray(guess.segment_durations)
     bounds = float(durations.min()) / WIDE, float(durations.max()) * WIDE
     encoding = "log-durations"
-    return CondensedNlp(
-        task, encoding=encoding, samples=samples, extrema=extrema, bounds=bounds, guess=guess
-    )
+    return CondensedNlp(task, encoding=encoding, samples=samples, extrema=extrema, bounds=bounds, guess=guess)
 
 
 def _trajectory_of(solver: Gradient, task: TrajectoryTask, request: Request) -> Trajectory | None:

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from math import comb
-from typing import Any
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from ocp_traj.spline import EndConditions
 from ocp_traj.spline.hermite import derivative_row, falling, hermite_matrix
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.transcription.condensed.knot_derivatives import knot_derivatives
-from ocp_traj.transcription.curve import decided_knots, end_conditions
+from ocp_traj.transcription.curve import end_conditions, pieces_through
 
 
 @dataclass(frozen=True)
@@ -150,9 +149,7 @@ def build_curves(task: TrajectoryTask, durations: Array, positions: Array) -> Cu
     outside = part.outside
     inner = slice(outside, len(h) - outside)
     knots = slice(outside, len(h) + 1 - outside)
-    derivatives = knot_derivatives(
-        family.degree, h[inner], positions[knots], part.ends.start, part.ends.end
-    )
+    derivatives = knot_derivatives(family.degree, h[inner], positions[knots], part.ends.start, part.ends.end)
     if outside:
         found = derivatives
         derivatives = np.empty((len(found), len(h) + 1, *found.shape[2:]))
@@ -179,12 +176,8 @@ def _uniform_states(degree: int, h: Array, positions: Array, derivatives: Array)
 def _curves_of_pieces(task: TrajectoryTask, h: Array, positions: Array) -> CurveBatch:
     """Return the curves of any family from its own pieces."""
     family = task.family
-    knots: list[Any] = [row.T for row in positions]
-    starts, ends = decided_knots(task)
-    for knot in (*starts, *ends):
-        knots[knot] = None
-    columns = [row[:, None] for row in h]
-    pieces = family.pieces(columns, knots, end_conditions(task))
+    columns, knots = [row[:, None] for row in h], [row.T for row in positions]
+    pieces = pieces_through(task, columns, knots, end_conditions(task))
     states = np.empty((task.n, family.degree + 1, *h.shape))
     for segment, piece in enumerate(pieces):
         own = np.stack([np.broadcast_to(state, (h.shape[1], task.n)) for state in piece.states])

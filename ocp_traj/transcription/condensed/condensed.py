@@ -18,6 +18,7 @@ from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.condensed.encodings import Encoding, find_encoding
 from ocp_traj.transcription.condensed.rows import make_rows
+from ocp_traj.transcription.condensed.symbolic import condensed_symbols
 from ocp_traj.transcription.guess import initial_guess
 from ocp_traj.transcription.nlp import Nlp, Symbol
 
@@ -96,8 +97,6 @@ class CondensedNlp(Nlp):
 
     @cached_property
     def _symbols(self) -> tuple[Symbol, Symbol, Symbol]:
-        from ocp_traj.transcription.condensed.symbolic import condensed_symbols
-
         return condensed_symbols(self.encoding)
 
     @property

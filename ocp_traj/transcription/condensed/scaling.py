@@ -127,7 +127,9 @@ class Scaling:
                     lowest = np.maximum(lowest, 1.0 / fastest)
         return lowest, stuck
 
-    def _cost(self, curves: CurveBatch, samples: Samples, parts: TorqueParts | None, total: Array) -> SpeedCost:
+    def _cost(
+        self, curves: CurveBatch, samples: Samples, parts: TorqueParts | None, total: Array
+    ) -> SpeedCost:
         smooth = np.zeros((len(POWERS), len(total)))
         smooth[row_of(-1)] = self.task.objective.time * total
         for term in self.rows.squared:

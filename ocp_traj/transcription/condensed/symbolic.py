@@ -9,12 +9,11 @@ import numpy as np
 
 from ocp_traj.spline import EndConditions, Piece
 from ocp_traj.spline.hermite import derivative_row
-from ocp_traj.task import TrajectoryTask
 from ocp_traj.transcription.condensed.encodings import Encoding
 from ocp_traj.transcription.condensed.extrema import SymbolicOperations, extremes
 from ocp_traj.transcription.condensed.limit_rows import LimitRows
 from ocp_traj.transcription.condensed.rows import CondensedRows, KinematicRows
-from ocp_traj.transcription.curve import decided_knots, end_conditions
+from ocp_traj.transcription.curve import end_conditions, pieces_through
 from ocp_traj.transcription.nlp import Symbol
 from ocp_traj.transcription.quadrature import gauss_legendre
 
@@ -30,7 +29,9 @@ def condensed_symbols(encoding: Encoding) -> tuple[Symbol, Symbol, Symbol]:
     rows, task = encoding.rows, encoding.task
     x = ca.SX.sym("x", len(encoding.lower))
     durations, positions = encoding.symbolic_curve(x)
-    pieces = _pieces(task, durations, positions)
+    given = end_conditions(task)
+    start, end = ({order: ca.DM(value) for order, value in side.items()} for side in (given.start, given.end))
+    pieces = pieces_through(task, ca.vertsplit(durations), positions, EndConditions(start, end))
     kinematic = [_kinematic_rows(entry, pieces) for entry in rows.kinematic]
     sums = [ca.sum1(durations[row.segments.tolist()]) / row.scale for row in encoding.sums]
     cost: Symbol = ca.sum1(durations)
@@ -45,18 +46,6 @@ def condensed_symbols(encoding: Encoding) -> tuple[Symbol, Symbol, Symbol]:
     ]
     outputs = [cost, durations, ca.vertcat(*kinematic), ca.vertcat(*sums), *motion]
     return _with_instants(rows, ca.Function("motion", [x], outputs))
-
-
-def _pieces(task: TrajectoryTask, durations: Symbol, positions: list[Any]) -> list[Piece]:
-    starts, ends = decided_knots(task)
-    for knot in (*starts, *ends):
-        positions[knot] = None
-    given = end_conditions(task)
-    symbolic = EndConditions(
-        {order: ca.DM(value) for order, value in given.start.items()},
-        {order: ca.DM(value) for order, value in given.end.items()},
-    )
-    return task.family.pieces(ca.vertsplit(durations), positions, symbolic)
 
 
 def _derivative(piece: Piece, order: int, fraction: float) -> Any:

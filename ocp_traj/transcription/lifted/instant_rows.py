@@ -97,10 +97,8 @@ def _split(at: Array) -> list[tuple[bool, Any]]:
 
 
 def _label(layout: Layout, name: str, at: Array, joints: Any) -> RowBlock:
-    per_gap = layout.per_gap
-    segment = np.repeat(at[:, 0].astype(np.int64), len(joints))
-    inside = (segment % per_gap + np.repeat(at[:, 1], len(joints))) / per_gap
-    return RowBlock(name, np.tile(joints, len(at)), segment // per_gap, inside)
+    segment, fraction = np.repeat(at[:, 0].astype(np.int64), len(joints)), np.repeat(at[:, 1], len(joints))
+    return layout.label(name, segment, np.tile(joints, len(at)), fraction)
 
 
 def _add_constraint(

@@ -47,9 +47,7 @@ def inner_fractions(degree: int) -> list[float]:
 
 def place_label(layout: Layout, limit: str, segment: Any, joint: Any, fraction: Any) -> RowBlock:
     """Return labels of rows; `joint` counts moving joints, `fraction` is of the segment."""
-    segment = np.asarray(segment)
-    inside = (segment % layout.per_gap + fraction) / layout.per_gap
-    return RowBlock(limit, np.asarray(layout.moving)[joint], segment // layout.per_gap, inside)
+    return layout.label(limit, segment, np.asarray(layout.moving)[joint], fraction)
 
 
 def _states_around(layout: Layout, segment: IndexArray, joint: IndexArray, first: int) -> IndexArray:

@@ -13,6 +13,7 @@ from ocp_traj.spline.family import SHORTEST
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.lifted.elements import IndexArray
+from ocp_traj.transcription.nlp import RowBlock
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,11 @@ class Layout:
         """Segment and moving joint of every (segment, joint) pair, flat."""
         segment, joint = np.meshgrid(np.arange(self.segments), np.arange(len(self.moving)), indexing="ij")
         return segment.ravel(), joint.ravel()
+
+    def label(self, limit: str, segment: Any, joint: Any, fraction: Any) -> RowBlock:
+        """Return labels of rows: `joint` is the joint itself, -1 where there is none, `fraction` of the segment."""
+        inside = (segment % self.per_gap + fraction) / self.per_gap
+        return RowBlock(limit, joint, segment // self.per_gap, inside)
 
     def knot_gaps(self, knot: IndexArray) -> tuple[IndexArray, IndexArray]:
         """Return the gaps left and right of knots."""

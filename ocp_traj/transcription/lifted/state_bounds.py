@@ -46,7 +46,9 @@ def _fix_states(layout: Layout, lower: Array, upper: Array) -> None:
     _turn_at_limits(layout, lower, upper)
     ends = end_conditions(task)
     for knot, given in ((0, ends.start), (layout.segments, ends.end)):
-        natural = {layout.degree - order for order in range(1, (layout.degree + 1) // 2) if order not in given}
+        natural = {
+            layout.degree - order for order in range(1, (layout.degree + 1) // 2) if order not in given
+        }
         for order, value in {**dict.fromkeys(natural, np.zeros((1, task.n))), **given}.items():
             if order < layout.degree:
                 index = layout.state(knot, joints, order)

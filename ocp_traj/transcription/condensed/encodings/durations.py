@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import casadi as ca
 import numpy as np
 
 from ocp_traj.arrays import Array
@@ -42,6 +43,4 @@ class LogDurations(Encoding):
 
     def symbolic_durations(self, x: Symbol) -> Symbol:
         """Return the exponentials."""
-        import casadi as ca
-
         return ca.exp(x)

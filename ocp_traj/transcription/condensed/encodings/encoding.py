@@ -8,6 +8,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Any, ClassVar
 
+import casadi as ca
 import numpy as np
 
 from metaheuristics import Evaluation
@@ -120,10 +121,10 @@ class Encoding(ABC):
 
     def symbolic_curve(self, x: Symbol) -> tuple[Symbol, list[Any]]:
         """Return the durations (S,) and the positions at all knots, S + 1 rows (1, n), of symbols (d,)."""
-        import casadi as ca
-
         durations = self.symbolic_durations(x[: self.segments])
-        positions = [ca.DM(row) if isinstance(row, np.ndarray) else row for row in self.symbolic_anchors(durations)]
+        positions = [
+            ca.DM(row) if isinstance(row, np.ndarray) else row for row in self.symbolic_anchors(durations)
+        ]
         first, n = self.segments, self.task.n
         for knot in self.virtual.tolist():
             positions[knot] = positions[knot] + (ca.DM(self.unit) * x[first : first + n]).T
