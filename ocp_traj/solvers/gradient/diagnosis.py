@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.optimize import linprog
 
 from ocp_traj.arrays import Array
 from ocp_traj.task import Objective, TrajectoryTask
 
-_UNITS = {"velocity": "rad/s", "acceleration": "rad/s^2", "jerk": "rad/s^3"}
+UNITS = {"velocity": "rad/s", "acceleration": "rad/s^2", "jerk": "rad/s^3"}
 
 
 def certain_conflict(task: TrajectoryTask) -> str:
@@ -58,7 +57,7 @@ def _boundary_outside(task: TrajectoryTask) -> str:
             if len(outside):
                 joint = int(outside[0])
                 return (
-                    f"{name}: joint {joint + 1}, gap {gap + 1}: {value[joint]:.6g} {_UNITS[name]} is asked for at "
+                    f"{name}: joint {joint + 1}, gap {gap + 1}: {value[joint]:.6g} {UNITS[name]} is asked for at "
                     f"the {word}, outside the limits {lower[joint]:.6g} to {upper[joint]:.6g}."
                 )
     return ""
@@ -112,6 +111,8 @@ def _least_torque(task: TrajectoryTask, side: int, gap: int) -> Array:
     finite = np.isfinite(room)
     acceleration = [tuple(bounds) for bounds in task.limits.get("acceleration")[gap].T]
     cost = np.append(np.zeros(task.n), 1.0)
+    from scipy.optimize import linprog  # its package takes longer to load than many a solve
+
     found = linprog(cost, rows[finite], room[finite], bounds=[*acceleration, (0.0, None)])
     if not found.success:  # every torque can be reached, by the solver's own tolerance
         return np.asarray(np.clip(still, lower, upper), dtype=np.float64)

@@ -1,4 +1,4 @@
-"""What all solvers of the condensed form share: the encoding, the protocol, and the way an outcome is made."""
+"""What all solvers of the condensed form share: the encoding, and the way an outcome is made."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from metaheuristics import Solution
-from ocp_traj.solvers.per_joint import solve_per_joint
 from ocp_traj.solvers.solver import Outcome, Request, Solver
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
@@ -27,7 +26,7 @@ class CondensedSolver(Solver):
     encoding : str
         ``"durations"``, ``"log-durations"`` or ``"scaled"``; see `CondensedNlp`.
     samples : int
-        Samples a gap.
+        Samples per gap.
     extrema : str
         ``"auto"``, ``"exact"`` or ``"sampled"``.
     """
@@ -42,8 +41,6 @@ class CondensedSolver(Solver):
 
     def run(self, task: TrajectoryTask, request: Request) -> Outcome:
         """Search; see `Solver.run`."""
-        if task.search.protocol == "per-joint":
-            return solve_per_joint(task, request, self)
         begin = time.perf_counter()
         nlp = self.problem(task)
         start, spent, counts = self.start_candidates(nlp, request)

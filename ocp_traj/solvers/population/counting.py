@@ -121,23 +121,8 @@ class Counted(Problem):
         recorder = self.recorder
         if self.evaluations > self._recorded:
             recorder.close_generation(time.perf_counter() - self.begin, float("nan"))
-        if not np.isfinite(recorder.cost):
-            status, message = Status.FAILED, f"No candidate had finite values. {message}"
-        elif recorder.violation > 0.0:
-            status = Status.INFEASIBLE
-            message = f"The least total violation found is {recorder.violation:.3g}. {message}"
-        return Solution(
-            self.nlp,
-            recorder.x,
-            recorder.cost,
-            recorder.rows,
-            status,
-            message,
-            recorder.evaluations,
-            build_time,
-            time.perf_counter() - self.begin,
-            recorder.make_history(),
-        )
+        seconds = time.perf_counter() - self.begin
+        return recorder.make_solution(self.nlp, status, message, build_time=build_time, solve_time=seconds)
 
 
 class Archive:

@@ -18,9 +18,8 @@ from pymoo.problems.static import StaticProblem
 from metaheuristics import Solution, Status
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import InputError
-from ocp_traj.solvers.per_joint import DEFAULT_BUDGET
 from ocp_traj.solvers.population.counting import BudgetSpent, Counted
-from ocp_traj.solvers.solver import Outcome, Request
+from ocp_traj.solvers.solver import DEFAULT_BUDGET, Outcome, Request
 from ocp_traj.solvers.third_party.third_party import ThirdParty
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory

@@ -17,10 +17,9 @@ import numpy as np
 from metaheuristics import Solution, Status
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import InputError
-from ocp_traj.solvers.per_joint import DEFAULT_BUDGET
 from ocp_traj.solvers.population.condensed import CondensedSolver
 from ocp_traj.solvers.population.counting import BudgetSpent, Counted
-from ocp_traj.solvers.solver import Request
+from ocp_traj.solvers.solver import DEFAULT_BUDGET, Request
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
 
 
@@ -70,7 +69,7 @@ class ThirdParty(CondensedSolver):
         """
 
     def objective(self, problem: Counted) -> Callable[[Array], Array]:
-        """Return a function from X (p, d) to one number a candidate, (p,): the cost plus the penalty."""
+        """Return a function from X (p, d) to one number per candidate, (p,): the cost plus the penalty."""
         unit = self.penalty * max(abs(float(problem.nlp.evaluate(problem.nlp.guess).cost[0])), 1e-12)
 
         def penalised(X: Array) -> Array:
