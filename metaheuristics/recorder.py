@@ -73,7 +73,7 @@ class Recorder:
         return History(**columns, x=freeze(np.array(self.positions).reshape(-1, self.x.shape[0])))
 
     def make_solution(
-        self, problem: Problem, status: Status, message: str, *, build_time: float, solve_time: float
+        self, problem: Problem, status: Status, message: str, *, solve_time: float, build_time: float = 0.0
     ) -> Solution:
         """Return the best candidate as an answer, whatever the solver itself called its own.
 
@@ -83,7 +83,7 @@ class Recorder:
             What was solved.
         status, message
             Why the run ended; failed or infeasible where the best candidate says so.
-        build_time, solve_time
+        solve_time, build_time
             Seconds spent.
         """
         if not math.isfinite(self.cost):

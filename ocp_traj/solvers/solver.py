@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, is_dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from metaheuristics.solution import Status
 from ocp_traj.exceptions import UnknownNameError
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from ocp_traj.trajectory import Trajectory
 
 ProgressCallback = Callable[[Any], object]
+SolverT = TypeVar("SolverT", bound="Solver")
 
 DEFAULT_BUDGET = 20_000
 """Evaluations of x of a population method when the request names none."""
@@ -116,15 +117,19 @@ class Solver(ABC):
         """Raise `UnavailableError` where the solver cannot be used here; by default it always can."""
 
     @classmethod
-    def from_settings(cls, settings: dict[str, Any]) -> Solver:
+    def from_settings(cls: type[SolverT], settings: dict[str, Any]) -> SolverT:
         """Return the solver with these settings; by default they are the fields of a dataclass.
+
+        A field whose default is a dataclass itself is nothing a name can carry.
 
         Raises
         ------
         UnknownNameError
             There is no such setting; lists what there is.
         """
-        known: list[str] = [entry.name for entry in fields(cls)] if is_dataclass(cls) else []
+        kind: Any = cls
+        own = fields(kind) if is_dataclass(kind) else ()
+        known = [entry.name for entry in own if not is_dataclass(entry.default)]
         unknown = set(settings) - set(known)
         if unknown:
             raise UnknownNameError(

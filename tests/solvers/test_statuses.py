@@ -15,7 +15,6 @@ from ocp_traj.robot import load_robot
 from ocp_traj.solvers import Request
 from ocp_traj.solvers.gradient import attempt
 from ocp_traj.solvers.gradient.account import Account
-from ocp_traj.solvers.gradient.forms import build_nlp
 from ocp_traj.solvers.gradient.gradient import Gradient
 from ocp_traj.solvers.gradient.plugin_call import call_plugin
 from ocp_traj.solvers.gradient.recovery import with_fewer_knots
@@ -94,7 +93,7 @@ def test_a_failing_task_falls_back_on_the_motion_with_fewer_knots() -> None:
     """Which it contains: the knots are inserted, the motion stays, and so does the failure's status."""
     task = plain_task(virtual_knots=3)
     solver, account = Gradient(), Account(Request(0, None, None, None, None))
-    nlp = build_nlp(task, initial_guess(task), solver, account)
+    nlp = attempt.build_nlp(task, initial_guess(task), solver, account)
     failed = call_plugin(nlp, Gradient(iterations=2), account, warm=False)
     assert failed.status is Status.BUDGET_EXHAUSTED
     contained = with_fewer_knots(task, failed, solver, account)

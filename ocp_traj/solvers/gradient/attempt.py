@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 
 import numpy as np
 
 from ocp_traj.exceptions import InputError, TaskError
 from ocp_traj.solvers.gradient.account import Account
-from ocp_traj.solvers.gradient.forms import build_nlp
-from ocp_traj.solvers.gradient.plugin_call import Answer, call_plugin
+from ocp_traj.solvers.gradient.plugin_call import Answer, call_plugin, condensed_from
 from ocp_traj.solvers.gradient.plugins import plugin_named
 from ocp_traj.solvers.gradient.refinement import broken_points, new_points
 from ocp_traj.solvers.gradient.settings import GradientSettings
@@ -19,7 +19,11 @@ from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.guess import initial_guess, insert_knots
 from ocp_traj.transcription.instants import instant_of
+from ocp_traj.transcription.lifted.layout import Layout
 from ocp_traj.transcription.lifted.lifted import ExtraPoints, LiftedNlp
+from ocp_traj.transcription.nlp import Nlp
+
+NO_POINTS = ExtraPoints()
 
 
 def attempt(
@@ -64,7 +68,7 @@ def _refine(
 
     When a round fails after loose ones, all is done again without those.
     """
-    extra, samples, answer, loose = ExtraPoints(), 0, None, False
+    extra, samples, answer, loose = NO_POINTS, 0, None, False
     tuning, nlp = settings.tuning, build_nlp(task, start, settings, account)
     for _ in range(settings.rounds + 1):
         found = call_plugin(nlp, loosened(settings) if rough else settings, account, warm=warm, before=answer)
@@ -91,6 +95,45 @@ def _refine(
             return answer
     assert answer is not None
     return answer
+
+
+def build_nlp(
+    task: TrajectoryTask,
+    guess: Trajectory,
+    settings: GradientSettings,
+    account: Account,
+    *,
+    extra: ExtraPoints = NO_POINTS,
+    layout: Layout | None = None,
+    samples: int = 0,
+) -> Nlp:
+    """Return the lifted form, or the condensed one of families that have no other.
+
+    Parameters
+    ----------
+    task : TrajectoryTask
+    guess : Trajectory
+        Of the task's family, with its knots.
+    settings : GradientSettings
+    account : Account
+        Pays for it.
+    extra : ExtraPoints
+        Points of the lifted form whose limits are kept besides its samples.
+    layout : Layout, optional
+        Of the same task's earlier problem.
+    samples : int
+        Samples per gap; 0 leaves them to the settings.
+    """
+    clock = time.perf_counter()
+    nlp: Nlp
+    if get_family(task.family).takes_virtual_knots:
+        compiled = settings.compiled and plugin_named(settings.plugin).own_derivatives
+        nlp = LiftedNlp(task, guess, samples or settings.samples, extra, layout=layout, compiled=compiled)
+    else:
+        first = max(settings.samples, settings.tuning.condensed_samples)
+        nlp = condensed_from(task, guess, settings, samples or first)
+    account.build_time += time.perf_counter() - clock
+    return nlp
 
 
 def loosened(settings: GradientSettings) -> GradientSettings:

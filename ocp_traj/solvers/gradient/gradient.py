@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar
 
 from metaheuristics import Solution, Status
 from ocp_traj.exceptions import UnavailableError
 from ocp_traj.solvers.gradient.account import Account
-from ocp_traj.solvers.gradient.attempt import attempt
+from ocp_traj.solvers.gradient.attempt import attempt, build_nlp
 from ocp_traj.solvers.gradient.diagnosis import certain_conflict
-from ocp_traj.solvers.gradient.forms import build_nlp
 from ocp_traj.solvers.gradient.plugins import unavailable_reason
 from ocp_traj.solvers.gradient.recovery import recover
 from ocp_traj.solvers.gradient.settings import GradientSettings, Tuning
@@ -26,12 +25,12 @@ class Gradient(GradientSettings, Solver):
     kind: ClassVar[str] = "gradient"
 
     @classmethod
-    def from_settings(cls, settings: dict[str, Any]) -> Solver:
+    def from_settings(cls, settings: dict[str, Any]) -> Gradient:
         """Return the solver; names of `Tuning` reach its tuning."""
-        names = {entry.name for entry in fields(Tuning)} & set(settings)
-        own = {name: value for name, value in settings.items() if name not in names}
-        tuning = Tuning(**{name: settings[name] for name in names})
-        return super().from_settings({**own, "tuning": tuning} if names else own)
+        known = {entry.name for entry in fields(Tuning)}
+        solver = super().from_settings({key: settings[key] for key in settings if key not in known})
+        tuning = Tuning(**{key: settings[key] for key in settings if key in known})
+        return replace(solver, tuning=tuning)
 
     def run(self, task: TrajectoryTask, request: Request) -> Outcome:
         """Solve a task: few knots first, then all, then the points between samples; explain a failure."""

@@ -11,11 +11,11 @@ import casadi as ca
 import numpy as np
 
 from metaheuristics import Status
-from ocp_traj.arrays import Array
+from ocp_traj.arrays import Array, read_only
 from ocp_traj.solvers.gradient.account import Account
-from ocp_traj.solvers.gradient.forms import condensed_from
 from ocp_traj.solvers.gradient.plugins import Stage, plugin_named, read_status, readable_reason
 from ocp_traj.solvers.gradient.settings import GradientSettings
+from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
 from ocp_traj.transcription.lifted.lifted import LiftedNlp
@@ -80,6 +80,20 @@ def call_plugin(
         sampled = condensed_from(nlp.task, answer.trajectory, settings, samples, extrema="sampled")
         return _call_once(sampled, settings, account, warm=warm, before=before)
     return answer
+
+
+def condensed_from(
+    task: TrajectoryTask, guess: Trajectory, settings: GradientSettings, samples: int, extrema: str = "auto"
+) -> CondensedNlp:
+    """Return the condensed form in logarithms of the durations, started from a guess."""
+    durations, wide = np.asarray(guess.segment_durations), settings.tuning.duration_range
+    search = replace(task.search, duration=(float(durations.min()) / wide, float(durations.max()) * wide))
+    nlp = CondensedNlp(
+        task.changed(search=search), encoding="log-durations", samples=samples, extrema=extrema
+    )
+    nlp.task = task
+    nlp.guess = read_only(np.clip(nlp.encode(guess), nlp.lower, nlp.upper))
+    return nlp
 
 
 def _call_once(

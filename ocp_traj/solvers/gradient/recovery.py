@@ -9,10 +9,9 @@ import numpy as np
 from metaheuristics import Status
 from ocp_traj.exceptions import TaskError
 from ocp_traj.solvers.gradient.account import Account
-from ocp_traj.solvers.gradient.attempt import attempt, continuation, fit_guess
+from ocp_traj.solvers.gradient.attempt import attempt, build_nlp, continuation, fit_guess
 from ocp_traj.solvers.gradient.diagnosis import too_short
 from ocp_traj.solvers.gradient.elastic import elastic_phase
-from ocp_traj.solvers.gradient.forms import build_nlp
 from ocp_traj.solvers.gradient.plugin_call import Answer, first_point
 from ocp_traj.solvers.gradient.settings import GradientSettings
 from ocp_traj.solvers.gradient.starts import other_starts

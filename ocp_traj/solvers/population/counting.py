@@ -116,13 +116,13 @@ class Counted(Problem):
         if self.progress is not None and self.progress(seen):
             raise BudgetSpent(Status.BUDGET_EXHAUSTED, "Stopped by the callback.")
 
-    def make_solution(self, status: Status, message: str, build_time: float) -> Solution:
+    def make_solution(self, status: Status, message: str) -> Solution:
         """Return the best candidate seen, whatever the solver itself called its answer."""
         recorder = self.recorder
         if self.evaluations > self._recorded:
             recorder.close_generation(time.perf_counter() - self.begin, float("nan"))
         seconds = time.perf_counter() - self.begin
-        return recorder.make_solution(self.nlp, status, message, build_time=build_time, solve_time=seconds)
+        return recorder.make_solution(self.nlp, status, message, solve_time=seconds)
 
 
 class Archive:

@@ -177,7 +177,7 @@ class Nsga2OfPymoo(ThirdParty):
         rows = np.concatenate(seen) if seen else np.empty((0, 2 + nlp.dimension))
         front = rows[find_front(rows[:, 0], rows[:, 1])]
         made = TimeEnergyFront(nlp, front[:, 0], front[:, 1], front[:, 2:], problem.evaluations)
-        return made, problem.make_solution(status, message, 0.0)
+        return made, problem.make_solution(status, message)
 
     def _check(self, task: TrajectoryTask) -> None:
         if set(task.objective.weights) - {"time", "energy"} or task.objective.custom:
