@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from metaheuristics import Solution
+from ocp_traj.exceptions import InputError
 from ocp_traj.solvers.solver import Outcome, Request, Solver
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
@@ -40,7 +41,9 @@ class CondensedSolver(Solver):
         return CondensedNlp(task, encoding=self.encoding, samples=self.samples, extrema=self.extrema)
 
     def run(self, task: TrajectoryTask, request: Request) -> Outcome:
-        """Search; see `Solver.run`."""
+        """Search all joints together; see `Solver.run`."""
+        if task.search.protocol == "per-joint":
+            raise InputError("the solver moves all joints together, expected search.protocol 'shared', or PerJoint")
         begin = time.perf_counter()
         nlp = self.problem(task)
         start, spent, counts = self.start_candidates(nlp, request)
