@@ -46,20 +46,24 @@ def recover(
     if sentence:
         most = min(settings.iterations, settings.tuning.confirming_iterations)
         count, settings = settings.tuning.confirming_starts, replace(settings, iterations=most)
-    if not best.solved:
-        for guess in other_starts(task, np.random.default_rng(account.request.seed), count):
-            if account.exhausted():
-                break
-            answer = attempt(task, guess, settings, account, continued=False)
-            best = min(best, answer, key=lambda each: each.rank)
-            if best.solved:
-                break
+    best = try_elsewhere(task, best, count, settings, account)
     if best.solved:
         return best, ""
     stop = account.exhausted()
     if stop is not None:
         return replace(best, status=stop), ""
     return (replace(best, status=Status.INFEASIBLE) if sentence else best), sentence
+
+
+def try_elsewhere(
+    task: TrajectoryTask, best: Answer, count: int, settings: GradientSettings, account: Account
+) -> Answer:
+    """Return the best answer after up to `count` other starts, which end with the first solution."""
+    starts = other_starts(task, np.random.default_rng(account.request.seed), count)
+    while not best.solved and not account.exhausted() and (guess := next(starts, None)) is not None:
+        answer = attempt(task, guess, settings, account, continued=False)
+        best = min(best, answer, key=lambda each: each.rank)
+    return best
 
 
 def with_fewer_knots(

@@ -13,7 +13,7 @@ from ocp_traj.solvers.gradient.account import Account
 from ocp_traj.solvers.gradient.attempt import attempt
 from ocp_traj.solvers.gradient.gradient import Gradient
 from ocp_traj.solvers.gradient.plugin_call import Answer
-from ocp_traj.solvers.gradient.recovery import recover, relax, with_fewer_knots
+from ocp_traj.solvers.gradient.recovery import recover, relax, try_elsewhere, with_fewer_knots
 from ocp_traj.solvers.gradient.settings import GradientSettings, Tuning
 from ocp_traj.task import Limits, Objective, TrajectoryTask
 
@@ -79,3 +79,13 @@ def test_numbers_of_the_recipe_are_settings_by_name() -> None:
         parse_solver("ipopt[starts=3]")
     with pytest.raises(UnknownNameError, match="has no setting 'tuning', expected one of plugin, tolerance"):
         parse_solver("ipopt[tuning=3]")
+
+
+def test_other_starts_end_with_the_first_solution() -> None:
+    failed, _ = failed_start(task())
+    account, once = Account(Request()), Account(Request())
+    first = try_elsewhere(task(), failed, 1, SETTINGS, once)
+    answer = try_elsewhere(task(), failed, 4, SETTINGS, account)
+    assert first.solved and answer.solved and account.evaluations == once.evaluations
+    assert try_elsewhere(task(), answer, 4, SETTINGS, account) is answer
+    assert try_elsewhere(task(), failed, 0, SETTINGS, account) is failed
