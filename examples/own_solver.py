@@ -12,16 +12,13 @@ known by name, name the class in your package's entry points, in the group ``ocp
     nelder-mead = "my_package:NelderMead"
 """
 
-import time
 from dataclasses import dataclass
 
-import numpy as np
 from scipy.optimize import minimize
 
 import ocp_traj as ot
-from metaheuristics import History, Solution, Status
+from metaheuristics import Solution, Status
 from ocp_traj.solvers import Outcome, Request, Solver
-from ocp_traj.transcription.condensed.condensed import CondensedNlp
 
 
 @dataclass(frozen=True)
@@ -33,22 +30,13 @@ class NelderMead(Solver):
 
     def run(self, task: ot.TrajectoryTask, request: Request) -> Outcome:
         """Solve one task."""
-        begin = time.perf_counter()
-        nlp = CondensedNlp(task, encoding="scaled")
-        rng = np.random.default_rng(request.seed)
-        built = time.perf_counter()
-        found = minimize(
-            lambda x: float(nlp.evaluate(x[None, :]).cost[0]),
-            rng.uniform(nlp.lower, nlp.upper),
-            method="Nelder-Mead",
-            bounds=list(zip(nlp.lower, nlp.upper)),
-            options={"xatol": self.tolerance, "fatol": self.tolerance, "maxfev": request.budget or 2000},
-        )
+        nlp = ot.transcribe(task, encoding="scaled")
+        options = {"xatol": self.tolerance, "fatol": self.tolerance, "maxfev": request.budget or 2000}
+        found = minimize(lambda x: nlp.evaluate(x).cost[0], nlp.guess, method="Nelder-Mead", options=options)
         status = Status.CONVERGED if found.success else Status.BUDGET_EXHAUSTED
-        times = (built - begin, time.perf_counter() - built)
-        said = (status, found.message, found.nfev)
-        history = History.empty(nlp.dimension)
-        solution = Solution(nlp, found.x, found.fun, 0.0, *said, *times, history)
+        solution = Solution(
+            problem=nlp, x=found.x, cost=found.fun, status=status, message=found.message, evaluations=found.nfev
+        )
         return Outcome(nlp.decode(found.x), solution)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from metaheuristics.arrays import FloatArray, freeze, read_only
+from metaheuristics.arrays import FloatArray, read_only
 from metaheuristics.checkpoint import Checkpoint, Snapshot, load, make_digest, save
 from metaheuristics.evaluation import Evaluation
 from metaheuristics.optimizer import Optimizer
@@ -220,21 +219,7 @@ class Run:
 
     def make_solution(self, verdict: Verdict) -> Solution:
         """Return the best candidate with the reason of the end."""
-        recorder, (status, message) = self.recorder, verdict
-        if not math.isfinite(recorder.cost):
-            status, message = Status.FAILED, f"No candidate had finite values. {message}"
-        elif recorder.violation > 0.0:
-            status = Status.INFEASIBLE
-            message = f"The least total violation found is {recorder.violation:.3g}. {message}"
-        return Solution(
-            self.problem,
-            recorder.x,
-            recorder.cost,
-            freeze(recorder.rows),
-            status,
-            message,
-            recorder.evaluations,
-            self.build_time,
-            time.perf_counter() - self.start_time,
-            recorder.make_history(),
+        seconds = time.perf_counter() - self.start_time
+        return self.recorder.make_solution(
+            self.problem, *verdict, build_time=self.build_time, solve_time=seconds
         )

@@ -43,6 +43,24 @@ def front_numbers(cost: FloatArray, violation: FloatArray) -> IntArray:
     return fronts
 
 
+def find_front(first: FloatArray, second: FloatArray) -> IntArray:
+    """Return the rows that no other matches or beats in both objectives, by rising first objective.
+
+    Parameters
+    ----------
+    first, second
+        (p,) the two objectives, smaller is better.
+
+    Returns
+    -------
+    IntArray
+        (f,) rows; of equal ones the first.
+    """
+    order = np.lexsort((second, first))
+    best = np.minimum.accumulate(np.append(np.inf, second[order]))[:-1]
+    return order[second[order] < best]
+
+
 def crowding_distance(cost: FloatArray, violation: FloatArray, fronts: IntArray) -> FloatArray:
     """Return the crowding distance of each candidate inside its front (Deb et al. 2002, NSGA-II).
 

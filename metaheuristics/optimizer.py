@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -198,11 +198,12 @@ class Optimizer(ABC, Generic[StateT]):
         drawn: FloatArray = frame.lower + frame.width * rng.random((self.population, frame.dimension))
         return drawn
 
-    @abstractmethod
     def make_state(
         self, frame: Frame, ordering: Ordering, positions: FloatArray, rng: np.random.Generator
     ) -> StateT:
-        """Return the state before the initial population (n, d) is evaluated."""
+        """Return the state before the initial population (n, d) is evaluated; a plain `State` by default."""
+        worst = np.full(positions.shape[0], np.inf)
+        return cast(StateT, State(frame, ordering, 0, INITIAL_PHASE, positions, worst, worst))
 
     @abstractmethod
     def propose(self, state: StateT, rng: np.random.Generator) -> tuple[FloatArray, StateT]:

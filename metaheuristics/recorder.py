@@ -11,7 +11,8 @@ import numpy as np
 
 from metaheuristics.arrays import FloatArray, freeze
 from metaheuristics.evaluation import Evaluation
-from metaheuristics.solution import History
+from metaheuristics.problem import Problem
+from metaheuristics.solution import History, Solution, Status
 
 COLUMNS = ("evaluations", "cost", "violation", "seconds", "spread")
 
@@ -66,12 +67,41 @@ class Recorder:
     def make_history(self) -> History:
         """Return the history so far, read-only."""
         table = np.array(self.entries, dtype=np.float64).reshape(-1, len(COLUMNS))
-        columns = {name: freeze(table[:, i]) for i, name in enumerate(COLUMNS)}
-        evaluations = table[:, 0].astype(np.intp)
-        evaluations.flags.writeable = False
-        x = freeze(np.array(self.positions).reshape(-1, self.x.shape[0]))
-        return History(
-            evaluations, columns["cost"], columns["violation"], columns["seconds"], x, columns["spread"]
+        columns: dict[str, Any] = {name: freeze(table[:, i]) for i, name in enumerate(COLUMNS)}
+        columns["evaluations"] = table[:, 0].astype(np.intp)
+        columns["evaluations"].flags.writeable = False
+        return History(**columns, x=freeze(np.array(self.positions).reshape(-1, self.x.shape[0])))
+
+    def make_solution(
+        self, problem: Problem, status: Status, message: str, *, solve_time: float, build_time: float = 0.0
+    ) -> Solution:
+        """Return the best candidate as an answer, whatever the solver itself called its own.
+
+        Parameters
+        ----------
+        problem
+            What was solved.
+        status, message
+            Why the run ended; failed or infeasible where the best candidate says so.
+        solve_time, build_time
+            Seconds spent.
+        """
+        if not math.isfinite(self.cost):
+            status, message = Status.FAILED, f"No candidate had finite values. {message}"
+        elif self.violation > 0.0:
+            status = Status.INFEASIBLE
+            message = f"The least total violation found is {self.violation:.3g}. {message}"
+        return Solution(
+            problem=problem,
+            x=self.x,
+            cost=self.cost,
+            violation=freeze(self.rows),
+            status=status,
+            message=message,
+            evaluations=self.evaluations,
+            build_time=build_time,
+            solve_time=solve_time,
+            history=self.make_history(),
         )
 
     def pack(self) -> dict[str, Any]:

@@ -85,7 +85,7 @@ def minimize_restarting(
         )
         found.append(solution)
         spent += solution.evaluations
-        clock += solution.build_time + solution.solve_time
+        clock += solution.seconds
         ended = spent >= budget or bool(stopped) or (seconds is not None and clock >= seconds)
         if ended or solution.status is Status.CONVERGED:
             return join(found)
@@ -101,16 +101,12 @@ def join(found: list[Solution]) -> Solution:
         At least one solution, in the order they were found.
     """
     best = min(found, key=lambda solution: (solution.history.violation[-1], solution.cost))
-    return replace(
-        best,
+    return best.paying_for(
+        found,
         status=found[-1].status if best.feasible else best.status,
         message=f"Search {found.index(best) + 1} of {len(found)} was best. {found[-1].message}",
-        evaluations=sum(solution.evaluations for solution in found),
-        build_time=sum(solution.build_time for solution in found),
-        solve_time=sum(solution.solve_time for solution in found),
         history=join_histories(
-            [solution.history for solution in found],
-            [solution.build_time + solution.solve_time for solution in found],
+            [solution.history for solution in found], [solution.seconds for solution in found]
         ),
     )
 
@@ -137,10 +133,10 @@ def join_histories(histories: list[History], durations: list[float]) -> History:
     evaluations = np.concatenate([h.evaluations + offset for h, offset in zip(histories, offsets)])
     evaluations.flags.writeable = False
     return History(
-        evaluations,
-        freeze(cost[leaders]),
-        freeze(violation[leaders]),
-        freeze(np.concatenate([h.seconds + start for h, start in zip(histories, starts)])),
-        freeze(np.concatenate([h.x for h in histories])[leaders]),
-        freeze(np.concatenate([h.spread for h in histories])),
+        evaluations=evaluations,
+        cost=freeze(cost[leaders]),
+        violation=freeze(violation[leaders]),
+        seconds=freeze(np.concatenate([h.seconds + start for h, start in zip(histories, starts)])),
+        x=freeze(np.concatenate([h.x for h in histories])[leaders]),
+        spread=freeze(np.concatenate([h.spread for h in histories])),
     )

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from enum import Enum
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from metaheuristics.arrays import FloatArray, IntArray
 from metaheuristics.problem import Problem
@@ -28,7 +31,7 @@ class Status(Enum):
         return self.name.lower()
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class History:
     """The course of a run, one entry a generation (N entries).
 
@@ -55,10 +58,41 @@ class History:
     spread: FloatArray
 
     @classmethod
-    def empty(cls, dimension: int) -> History:
+    def of(
+        cls,
+        cost: npt.ArrayLike,
+        *,
+        evaluations: npt.ArrayLike,
+        dimension: int,
+        violation: npt.ArrayLike | None = None,
+        seconds: npt.ArrayLike | None = None,
+        x: npt.ArrayLike | None = None,
+        spread: npt.ArrayLike | None = None,
+    ) -> History:
+        """Return a history of what is known of a run; a column that is not given is NaN, of violations 0.
+
+        Parameters
+        ----------
+        cost, evaluations, violation, seconds, x, spread
+            The columns; see the class.
+        dimension
+            Number of variables d.
+        """
+        costs = np.asarray(cost, dtype=np.float64)
+        unknown = np.full(costs.shape[0], np.nan)
+        return cls(
+            evaluations=np.asarray(evaluations, dtype=np.intp),
+            cost=costs,
+            violation=np.zeros(costs.shape[0]) if violation is None else np.asarray(violation),
+            seconds=unknown if seconds is None else np.asarray(seconds),
+            x=np.full((costs.shape[0], dimension), np.nan) if x is None else np.asarray(x),
+            spread=unknown if spread is None else np.asarray(spread),
+        )
+
+    @classmethod
+    def empty(cls, dimension: int = 0) -> History:
         """Return a history of no entries, for solvers that report none."""
-        none = np.empty(0)
-        return cls(np.empty(0, dtype=np.intp), none, none, none, np.empty((0, dimension)), none)
+        return cls.of((), evaluations=(), dimension=dimension)
 
     def __len__(self) -> int:
         """Return the number of entries."""
@@ -84,7 +118,7 @@ class History:
         return int(np.argmax(close))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Solution:
     """The answer of one run, with the way it was found.
 
@@ -97,7 +131,7 @@ class Solution:
     cost
         Its cost.
     violation
-        (m,) its violation, row by row.
+        (m,) its violation, row by row; no rows by default.
     status, message
         Why the solver ended, as a word and as its own sentence.
     evaluations
@@ -105,19 +139,60 @@ class Solution:
     build_time, solve_time
         Seconds spent before and in the search.
     history
-        The course of the run.
+        The course of the run; empty by default.
     """
 
     problem: Problem
     x: FloatArray
     cost: float
-    violation: FloatArray
+    violation: FloatArray = field(default_factory=lambda: np.empty(0))
     status: Status
-    message: str
-    evaluations: int
-    build_time: float
-    solve_time: float
-    history: History
+    message: str = ""
+    evaluations: int = 0
+    build_time: float = 0.0
+    solve_time: float = 0.0
+    history: History = field(default_factory=History.empty)
+
+    def __post_init__(self) -> None:
+        if not len(self.history):
+            object.__setattr__(self, "history", History.empty(self.x.shape[0]))
+
+    @classmethod
+    def failed(cls, problem: Problem, message: str, *, status: Status = Status.FAILED, **known: Any) -> Solution:
+        """Return the answer of a solver that has none: x is NaN and its cost infinite.
+
+        Parameters
+        ----------
+        problem, message, status
+            See the class.
+        **known
+            Other fields, for instance the evaluations and seconds spent.
+        """
+        nothing = {"x": np.full(problem.dimension, np.nan), "cost": math.inf, "violation": np.array([math.inf])}
+        return cls(problem=problem, status=status, message=message, **{**nothing, **known})
+
+    @property
+    def seconds(self) -> float:
+        """Seconds spent in all."""
+        return self.build_time + self.solve_time
+
+    def paying_for(self, searches: Sequence[Solution], **changes: Any) -> Solution:
+        """Return this answer with the evaluations and seconds of several searches, and other fields changed.
+
+        Parameters
+        ----------
+        searches
+            This answer's own among them.
+        **changes
+            Other fields.
+        """
+        return replace(
+            self,
+            evaluations=sum(search.evaluations for search in searches),
+            build_time=sum(search.build_time for search in searches),
+            solve_time=sum(search.solve_time for search in searches),
+            **changes,
+        )
 
     @property
     def total_violation(self) -> float:

@@ -24,14 +24,14 @@ from ocp_traj.solving import SolveResult, solve
 from ocp_traj.task import Objective, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
-FAST = 1e-4
-"""At the fast end the cheapest of all motions within this part of the shortest duration is looked for."""
+FAST_END_SLACK = 1e-4
+"""At the fast end the cheapest of all motions within this fraction of the shortest duration is looked for."""
 
-WORTH = 1e-4
-"""On the way back a point is replaced by one that is cheaper by more than this part."""
+SMALLEST_GAIN = 1e-4
+"""On the way back a point is replaced by one that is cheaper by more than this fraction."""
 
-EQUAL = 1e-7
-"""Durations and values that differ by less than this part are equal when points are compared."""
+TIE_TOLERANCE = 1e-7
+"""Durations and values that differ by less than this fraction are equal when points are compared."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,51 +135,21 @@ class ParetoFront:
 
 
 def pareto_front(
-    task: TrajectoryTask,
-    points: int = 10,
-    *,
-    objective: str | None = None,
-    slowest: float = 2.0,
-    solver: str = "ipopt",
-    seed: int = 0,
-    time_limit: float | None = None,
+    task: TrajectoryTask, points: int = 10, *, objective: str | None = None, **options: Any
 ) -> ParetoFront:
     """Return the front of duration against a second objective.
 
     Parameters
     ----------
-    task : TrajectoryTask
-        Its own bounds on durations hold for every point.
-    points : int
-        Number of points, 2 or more; their bounds on the duration are spaced geometrically.
-    objective : str, optional
-        The second objective, a name of `ocp_traj.quantities.COSTS`. By default what the task weighs beside time; if
-        that is nothing, the energy of a robot with inertia.
-    slowest : float
-        The last bound, in units of the shortest duration; the task's own bound where that is less.
-    solver : str
-        Name, with parameters.
-    seed : int
-    time_limit : float, optional
-        Seconds at most for one point.
+    task, points, objective, **options
+        As in `follow_front`: ``slowest``, ``solver``, ``seed`` and ``time_limit`` are the options.
 
     Raises
     ------
     InputError
         The task has no second objective, or a number makes no sense; says what there is.
     """
-    found = list(
-        follow_front(
-            task,
-            points,
-            objective=objective,
-            slowest=slowest,
-            solver=solver,
-            seed=seed,
-            time_limit=time_limit,
-        )
-    )
-    return collect_front(task, objective, found)
+    return collect_front(task, objective, list(follow_front(task, points, objective=objective, **options)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,9 +180,32 @@ def follow_front(
     seed: int = 0,
     time_limit: float | None = None,
 ) -> Iterator[FrontPoint]:
-    """Yield each point as it is found, see `pareto_front`; cheaper ones found on the way back come again.
+    """Yield each point of a front as it is found; cheaper ones found on the way back come again.
 
     Without a shortest motion there is one point, which says why.
+
+    Parameters
+    ----------
+    task : TrajectoryTask
+        Its own bounds on durations hold for every point.
+    points : int
+        Number of points, 2 or more; their bounds on the duration are spaced geometrically.
+    objective : str, optional
+        The second objective, a name of `ocp_traj.quantities.COSTS`. By default what the task weighs beside time; if
+        that is nothing, the energy of a robot with inertia.
+    slowest : float
+        The last bound, in units of the shortest duration; the task's own bound where that is less.
+    solver : str
+        Name, with parameters.
+    seed : int
+        Source of all randomness.
+    time_limit : float, optional
+        Seconds at most per point.
+
+    Raises
+    ------
+    InputError
+        The task has no second objective, or a number makes no sense; says what there is.
     """
     if points < 2:
         raise InputError(f"a front of {points} points was asked for, expected at least 2")
@@ -225,8 +218,8 @@ def follow_front(
     if not fastest.feasible or fastest.trajectory is None or fastest.duration is None:
         yield FrontPoint(0, high, fastest)
         return
-    last = max(min(high, slowest * fastest.duration), fastest.duration * (1.0 + FAST))
-    bounds = np.minimum(np.geomspace(fastest.duration * (1.0 + FAST), last, points), high)
+    last = max(min(high, slowest * fastest.duration), fastest.duration * (1.0 + FAST_END_SLACK))
+    bounds = np.minimum(np.geomspace(fastest.duration * (1.0 + FAST_END_SLACK), last, points), high)
     tasks = [_bounded(task, effort, float(bound)) for bound in bounds]
     neighbour, found = fastest.trajectory, []
     for index, cheaper in enumerate(tasks):
@@ -254,7 +247,7 @@ def _bounded(task: TrajectoryTask, effort: Objective, bound: float) -> Trajector
 def _is_cheaper(new: SolveResult, old: SolveResult) -> bool:
     if not new.feasible or new.objective is None:
         return False
-    return not old.feasible or old.objective is None or new.objective < old.objective * (1.0 - WORTH)
+    return not old.feasible or old.objective is None or new.objective < old.objective * (1.0 - SMALLEST_GAIN)
 
 
 def second_objective(task: TrajectoryTask, name: str | None = None) -> Objective:
@@ -321,18 +314,11 @@ def collect_front(task: TrajectoryTask, objective: str | None, found: Sequence[F
 
 def dominated_points(durations: Array, values: Array, feasible: Any) -> Any:
     """Return which feasible points another one matches or beats in both, (N,) bool; the first of equals stays."""
-    count = len(durations)
-    dominated = np.zeros(count, dtype=bool)
-    for i in np.flatnonzero(feasible):
-        for j in np.flatnonzero(feasible):
-            no_worse = _at_most(durations[j], durations[i]) and _at_most(values[j], values[i])
-            better = not (_at_most(durations[i], durations[j]) and _at_most(values[i], values[j]))
-            dominated[i] |= i != j and no_worse and (better or j < i)
-    return dominated
-
-
-def _at_most(a: float, b: float) -> bool:
-    return bool(a <= b + EQUAL * max(abs(a), abs(b)))
+    each = np.stack([durations, values], axis=1)
+    tie = TIE_TOLERANCE * np.maximum(np.abs(each[:, None]), np.abs(each))
+    no_worse = (each[:, None] <= each + tie).all(axis=2)
+    beats = no_worse & (~no_worse.T | np.triu(np.ones_like(no_worse), 1))
+    return np.asarray(feasible) & (beats & np.asarray(feasible)[:, None]).any(axis=0)
 
 
 def _start(task: TrajectoryTask, neighbour: Trajectory, bound: float) -> Trajectory:

@@ -11,23 +11,17 @@ import numpy as np
 
 from ocp_traj.audit import Verdict, audit
 from ocp_traj.audit.costs import energy, objective_value
-from ocp_traj.solvers import Outcome, Request, Solver, parse_solver
+from ocp_traj.solvers import Outcome, Request, Solver, follow_protocol, parse_solver
+from ocp_traj.solvers.mending import is_oversight, slowed_into_limits, solve_tighter
+from ocp_traj.solvers.outcomes import add_counts
+from ocp_traj.solvers.solver import ProgressCallback
 from ocp_traj.trajectory_files import to_json as trajectory_to_json
 
 if TYPE_CHECKING:
     from metaheuristics import Solution
     from ocp_traj.arrays import Array
-    from ocp_traj.task import Limits, TrajectoryTask
+    from ocp_traj.task import TrajectoryTask
     from ocp_traj.trajectory import Trajectory
-
-LARGEST_ROUNDING = 1e-4
-"""Excess over a limit, or miss of a bounded duration, that counts as a gradient solver's rounding."""
-
-LARGEST_OVERSIGHT = 0.1
-"""Excess over a limit, between the points a gradient solver looked at, that limits tightened by as much can mend."""
-
-LARGEST_REPAIR = 1.02
-"""Uniform slowing that still counts as rounding off a solver's sampled limits; more is a different motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +155,7 @@ def solve(
     seed: int = 0,
     budget: int | None = None,
     time_limit: float | None = None,
-    progress: Any = None,
+    progress: ProgressCallback | None = None,
     warm_start: Trajectory | None = None,
 ) -> SolveResult:
     """Solve a task with one solver and audit the answer.
@@ -201,13 +195,12 @@ def solve(
     (4.0, True, 'converged')
     """
     name = solver if isinstance(solver, str) else type(solver).__name__
-    chosen = parse_solver(solver) if isinstance(solver, str) else solver
+    chosen = follow_protocol(parse_solver(solver) if isinstance(solver, str) else solver, task)
     request = Request(seed, budget, time_limit, progress, warm_start)
     result = judge(task, name, seed, chosen.run(task, request))
-    rest = _rest_of(request, result)
-    if rest is not None and chosen.kind in ("gradient", "hybrid") and _is_oversight(result):
+    if chosen.kind in ("gradient", "hybrid") and is_oversight(result.audit, result.solution.status):
         last = chosen if chosen.kind == "gradient" else parse_solver("ipopt")
-        result = _solve_tighter(last, result, rest)
+        result = _mended(last, result, request)
     return result if warm_start is None else _no_worse(result, warm_start)
 
 
@@ -219,15 +212,7 @@ def judge(task: TrajectoryTask, name: str, seed: int, outcome: Outcome) -> Solve
             task, name, seed, None, None, outcome.solution, outcome.counts, 1.0, outcome.diagnosis
         )
     begin = time.perf_counter()
-    trajectory = _within_duration(task, trajectory)
-    verdict = audit(task, trajectory)
-    scaled_by = 1.0
-    scale = verdict.smallest_feasible_scale
-    if not verdict.feasible and scale is not None and 1.0 < scale <= LARGEST_REPAIR:
-        slower = trajectory.scaled(scale)
-        repaired = audit(task, slower)
-        if repaired.feasible:
-            trajectory, verdict, scaled_by = slower, repaired, scale
+    trajectory, verdict, scaled_by = slowed_into_limits(task, trajectory)
     diagnosis = outcome.diagnosis
     if not verdict.feasible and not diagnosis and verdict.findings:
         diagnosis = verdict.findings[0]
@@ -236,70 +221,23 @@ def judge(task: TrajectoryTask, name: str, seed: int, outcome: Outcome) -> Solve
     return SolveResult(task, name, seed, trajectory, verdict, solution, outcome.counts, scaled_by, diagnosis)
 
 
-def _within_duration(task: TrajectoryTask, trajectory: Trajectory) -> Trajectory:
-    """Return the motion with its total duration inside its bounds where only rounding kept it out."""
-    low, high = np.asarray(task.objective.duration)
-    wanted = float(np.clip(trajectory.duration, low, high))
-    miss = abs(wanted / trajectory.duration - 1.0)
-    return trajectory.scaled(wanted / trajectory.duration) if 0.0 < miss < LARGEST_ROUNDING else trajectory
-
-
-def _rest_of(request: Request, result: SolveResult) -> Request | None:
-    """Return a request to go on from a result with what is left of budget and time; None where nothing is."""
-    spent = result.solution
-    budget = None if request.budget is None else request.budget - spent.evaluations
-    seconds = None if request.time_limit is None else request.time_limit - spent.build_time - spent.solve_time
-    if (budget is not None and budget <= 0) or (seconds is not None and seconds <= 0):
-        return None
-    return replace(request, budget=budget, time_limit=seconds, warm_start=result.trajectory)
-
-
-def _is_oversight(result: SolveResult) -> bool:
-    """Return whether a solved motion, which no slowing can mend, is a little over its limits."""
-    verdict = result.audit
-    if verdict is None or verdict.feasible or verdict.worst is None or result.status != "converged":
-        return False
-    return 1.0 < verdict.worst.ratio < 1.0 + LARGEST_OVERSIGHT
-
-
-def _solve_tighter(solver: Solver, result: SolveResult, request: Request) -> SolveResult:
-    """Solve again, warm, with limits tightened by twice the excess, and judge against the task's own limits."""
-    task = result.task
+def _mended(solver: Solver, result: SolveResult, request: Request) -> SolveResult:
+    """Return the answer of a solve with tighter limits, judged against the task's own, where that is feasible."""
+    task, first = result.task, result.solution
+    rest = request.less(first.evaluations, first.seconds)
     assert result.audit is not None and result.audit.worst is not None
-    limits = _tightened(task, 2.0 * (result.audit.worst.ratio - 1.0))
-    outcome = solver.run(task.changed(limits=limits), request)
+    if rest.exhausted():
+        return result
+    warm = replace(rest, warm_start=result.trajectory)
+    outcome = solve_tighter(solver, task, result.audit.worst.ratio, warm)
     again = judge(task, result.solver, result.seed, outcome)
     if not again.feasible:
         return result
-    first, second = result.solution, again.solution
-    counts = {
-        name: again.counts.get(name, 0) + result.counts.get(name, 0)
-        for name in {**again.counts, **result.counts}
-    }
-    solution = replace(
-        second,
-        evaluations=first.evaluations + second.evaluations,
-        build_time=first.build_time + second.build_time,
-        solve_time=first.solve_time + second.solve_time,
+    return replace(
+        again,
+        solution=again.solution.paying_for([first, again.solution]),
+        counts=add_counts(again.counts, result.counts),
     )
-    return replace(again, solution=solution, counts=counts)
-
-
-def _tightened(task: TrajectoryTask, part: float) -> Limits:
-    """Return a task's limits drawn in by a part of themselves; those of the position not beyond the waypoints."""
-    tighter = {name: task.limits.get(name) * (1.0 - part) for name in task.limits.names}
-    position = task.limits.get("position")
-    size = np.where(np.isfinite(position), np.abs(position), 0.0)
-    bounded = np.isfinite(position).all(axis=1, keepdims=True)
-    room = part * np.where(bounded, np.ptp(np.where(bounded, position, 0.0), axis=1, keepdims=True), size)
-    waypoints = np.asarray(task.waypoints)
-    least, most = (choose(waypoints[:-1], waypoints[1:]) for choose in (np.minimum, np.maximum))
-    lower, upper = position[:, 0], position[:, 1]
-    drawn_in = [
-        np.where(np.isfinite(lower), np.maximum(lower, np.minimum(lower + room[:, 0], least)), lower),
-        np.where(np.isfinite(upper), np.minimum(upper, np.maximum(upper - room[:, 1], most)), upper),
-    ]
-    return task.limits.with_values({**tighter, "position": np.stack(drawn_in, axis=1)})
 
 
 def _no_worse(result: SolveResult, start: Trajectory) -> SolveResult:

@@ -12,7 +12,7 @@ from helpers.small_tasks import arm_task
 from ocp_traj.audit.costs import energy, jerk_cost
 from ocp_traj.exceptions import InputError
 from ocp_traj.pareto import (
-    FAST,
+    FAST_END_SLACK,
     dominated_points,
     follow_front,
     pareto_front,
@@ -42,8 +42,8 @@ def test_a_front_starts_at_the_shortest_motion_and_never_grows() -> None:
     front = pareto_front(task, 4, objective="jerk", slowest=1.5)
     shortest = solve(task).duration
     assert front.feasible.all()
-    assert front.durations[0] <= shortest * (1 + 2 * FAST)
-    np.testing.assert_allclose(front.bounds[[0, -1]], [shortest * (1 + FAST), 1.5 * shortest])
+    assert front.durations[0] <= shortest * (1 + 2 * FAST_END_SLACK)
+    np.testing.assert_allclose(front.bounds[[0, -1]], [shortest * (1 + FAST_END_SLACK), 1.5 * shortest])
     assert (np.diff(front.durations) > 0).all()
     assert (np.diff(front.values) < 0).all()
     assert (front.durations <= front.bounds * (1 + 1e-9)).all()

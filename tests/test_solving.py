@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import ocp_traj as ot
-from metaheuristics import History, Solution, Status
+from metaheuristics import Solution, Status
 from ocp_traj.exceptions import UnknownNameError
 from ocp_traj.solvers import Outcome, Request, Solver
 from ocp_traj.solving import judge, solve
@@ -33,16 +33,13 @@ def simple_task(**changes) -> TrajectoryTask:
 def outcome_of(task: TrajectoryTask, durations, status=Status.CONVERGED, message="I am perfect") -> Outcome:
     nlp = CondensedNlp(task)
     solution = Solution(
-        nlp,
-        np.asarray(durations),
-        float(np.sum(durations)),
-        np.zeros(1),
-        status,
-        message,
-        1,
-        0.0,
-        0.0,
-        History.empty(2),
+        problem=nlp,
+        x=np.asarray(durations),
+        cost=float(np.sum(durations)),
+        violation=np.zeros(1),
+        status=status,
+        message=message,
+        evaluations=1,
     )
     return Outcome(trajectory_from_durations(task, durations), solution)
 
@@ -153,26 +150,24 @@ def test_toppra_gives_no_start_where_waypoints_repeat():
 
 @pytest.mark.filterwarnings("error")
 def test_limits_are_drawn_in_but_not_beyond_the_waypoints():
-    from ocp_traj.solving import _tightened
+    from ocp_traj.solvers.mending import tightened
 
     position = [[-1.0, -np.inf, -np.inf], [1.05, 2.0, np.inf]]
     limits = Limits(velocity=1.0, acceleration=4.0, position=position)
-    drawn_in = _tightened(TrajectoryTask([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]], limits), 0.1)
+    drawn_in = tightened(TrajectoryTask([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]], limits), 0.1)
     np.testing.assert_allclose(drawn_in.position, [[[-0.795, -np.inf, -np.inf], [1.0, 1.8, np.inf]]])
     np.testing.assert_allclose(drawn_in.get("acceleration"), 3.6 * np.array([[[-1.0] * 3, [1.0] * 3]]))
 
 
 def test_a_second_solve_gets_what_is_left_of_budget_and_time():
-    from ocp_traj.solving import _rest_of
-
-    result = ot.solve(ot.load_case("fang-2020-task-1"))
-    spent = result.solution
-    rest = _rest_of(Request(3, spent.evaluations + 7, 1000.0), result)
-    assert rest.seed == 3 and rest.budget == 7 and rest.warm_start is result.trajectory
-    assert rest.time_limit == pytest.approx(1000.0 - spent.build_time - spent.solve_time)
-    assert _rest_of(Request(3, spent.evaluations), result) is None
-    assert _rest_of(Request(3, None, spent.solve_time), result) is None
-    assert _rest_of(Request(3), result).budget is None
+    rest = Request(3, 27, 1000.0).less(20, 1.5)
+    assert (rest.seed, rest.budget, rest.time_limit, rest.exhausted()) == (3, 7, 998.5, None)
+    assert Request(3, 20).less(20, 1.5).exhausted() is Status.BUDGET_EXHAUSTED
+    assert Request(3, 21).less(20, 1.5).exhausted() is None
+    assert Request(3, 21).less(20, 1.5).exhausted(2) is Status.BUDGET_EXHAUSTED
+    assert Request(3, None, 1.5).less(20, 1.5).exhausted() is Status.TIME_EXHAUSTED
+    endless = Request(3).less(20, 1.5)
+    assert endless.budget is None and endless.time_limit is None and endless.exhausted(10**9) is None
 
 
 @dataclass(frozen=True)

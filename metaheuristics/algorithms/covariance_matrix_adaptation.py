@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import cmaes
 import numpy as np
 
 from metaheuristics.arrays import FloatArray
 from metaheuristics.optimizer import INITIAL_PHASE, Frame, Optimizer, State
 from metaheuristics.ordering import Ordering
+
+if TYPE_CHECKING:  # it imports scipy.stats, which takes longer than many a solve
+    import cmaes
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +66,8 @@ class CovarianceMatrixAdaptation(Optimizer[CmaState]):
 
     def make_engine(self, mean: FloatArray) -> cmaes.CMA:
         """Return a fresh engine in the unit box that starts at the mean (d,)."""
+        import cmaes
+
         box = np.tile([0.0, 1.0], (mean.shape[0], 1))
         return cmaes.CMA(mean, self.sigma, bounds=box, population_size=self.population)
 
@@ -111,6 +115,8 @@ def rest(engine: cmaes.CMA) -> dict[str, Any]:
 
 def wake(known: dict[str, Any]) -> cmaes.CMA:
     """Return an engine that knows what `rest` returned; its generator has to be seeded."""
+    import cmaes
+
     engine = cmaes.CMA.__new__(cmaes.CMA)
     engine.__setstate__(
         {name: value.copy() if isinstance(value, np.ndarray) else value for name, value in known.items()}

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from metaheuristics.arrays import FloatArray
-from metaheuristics.optimizer import INITIAL_PHASE, Frame, Optimizer, State
-from metaheuristics.ordering import Ordering
+from metaheuristics.optimizer import INITIAL_PHASE, Optimizer, State
 
 
 @dataclass(frozen=True)
@@ -19,13 +18,6 @@ class RandomSearch(Optimizer[State]):
     def minimum_population(self) -> int:
         """One candidate is enough."""
         return 1
-
-    def make_state(
-        self, frame: Frame, ordering: Ordering, positions: FloatArray, rng: np.random.Generator
-    ) -> State:
-        """Return the state before the first batch; see `Optimizer.make_state`."""
-        worst = np.full(positions.shape[0], np.inf)
-        return State(frame, ordering, 0, INITIAL_PHASE, positions, worst, worst)
 
     def propose(self, state: State, rng: np.random.Generator) -> tuple[FloatArray, State]:
         """Draw the next batch; see `Optimizer.propose`."""

@@ -1,10 +1,11 @@
-"""Every optimiser by a short name, for command lines and comparisons."""
+"""Every optimiser by a short name, for command lines and comparisons: a new one is a file, and a line here."""
 
 from __future__ import annotations
 
-import importlib
-from typing import Any
+from importlib.util import find_spec
+from typing import Any, NamedTuple
 
+from metaheuristics.algorithms.covariance_matrix_adaptation import CovarianceMatrixAdaptation
 from metaheuristics.algorithms.differential_evolution import DifferentialEvolution
 from metaheuristics.algorithms.elite_sparrow_search import EliteSparrowSearch
 from metaheuristics.algorithms.levy_sparrow_search import LevySparrowSearch
@@ -14,40 +15,75 @@ from metaheuristics.algorithms.sparrow_search import SparrowSearch
 from metaheuristics.algorithms.tent_sparrow_search import TentSparrowSearch
 from metaheuristics.optimizer import Optimizer
 
+
+class Method(NamedTuple):
+    """What a short name stands for.
+
+    Parameters
+    ----------
+    kind, settings
+        ``kind(**settings)`` is the optimiser.
+    summary
+        A few words for lists; empty for a variant that lists leave out.
+    package
+        Another package it needs; empty where it needs none.
+    """
+
+    kind: type[Optimizer[Any]]
+    settings: dict[str, Any]
+    summary: str = ""
+    package: str = ""
+
+
 UNBIASED: dict[str, Any] = {"debiased": True, "bounds": "reflect"}
 
-registry: dict[str, tuple[type[Optimizer[Any]], dict[str, Any]]] = {
-    "pso": (ParticleSwarm, {"population": 50, "inertia": "linear", "cognitive": 2.0, "social": 2.0}),
-    "pso-constriction": (ParticleSwarm, {"population": 50}),
-    "pso-d": (ParticleSwarm, {"population": 50, "inertia": "trigonometric"}),
-    "ssa": (SparrowSearch, {}),
-    "ssa-debiased": (SparrowSearch, UNBIASED),
-    "issa-a": (EliteSparrowSearch, {}),
-    "issa-a-debiased": (EliteSparrowSearch, UNBIASED),
-    "issa-b": (LevySparrowSearch, {"population": 30}),
-    "issa-b-debiased": (LevySparrowSearch, {"population": 30, **UNBIASED}),
-    "t-ssa": (TentSparrowSearch, {"safety": 0.5, "tent": True, "adaptive": False}),
-    "adf-ssa": (TentSparrowSearch, {"safety": 0.5, "tent": False, "adaptive": True}),
-    "tadf-ssa": (TentSparrowSearch, {"safety": 0.5, "tent": True, "adaptive": True}),
-    "tadf-ssa-debiased": (TentSparrowSearch, {"safety": 0.5, "tent": True, "adaptive": True, **UNBIASED}),
-    "de": (DifferentialEvolution, {}),
-    "random": (RandomSearch, {}),
-}
-"""Short name -> class and settings; ``class(**settings)`` is the optimiser."""
+_SWARM = {"population": 50, "inertia": "linear", "cognitive": 2.0, "social": 2.0}
+_LEVY: dict[str, Any] = {"population": 30}
+_TENT: dict[str, Any] = {"safety": 0.5, "tent": True, "adaptive": True}
 
-unavailable: dict[str, str] = {}
+METHODS: dict[str, Method] = {
+    "pso": Method(ParticleSwarm, _SWARM, "particle swarm, inertia 0.9 to 0.4, c1 = c2 = 2"),
+    "pso-constriction": Method(ParticleSwarm, {"population": 50}, "particle swarm with constriction values"),
+    "pso-d": Method(
+        ParticleSwarm,
+        {"population": 50, "inertia": "trigonometric"},
+        "particle swarm of paper D, trigonometric schedules",
+    ),
+    "ssa": Method(SparrowSearch, {}, "sparrow search as published"),
+    "ssa-debiased": Method(SparrowSearch, UNBIASED, "sparrow search without the pull towards the origin"),
+    "issa-a": Method(
+        EliteSparrowSearch, {}, "sparrow search of paper A: elite opposition, Gauss-Cauchy, non-dominated sorting"
+    ),
+    "issa-a-debiased": Method(EliteSparrowSearch, UNBIASED),
+    "issa-b": Method(
+        LevySparrowSearch, _LEVY, "sparrow search of paper B: 2-D logistic chaos, Levy flights, reverse learning"
+    ),
+    "issa-b-debiased": Method(LevySparrowSearch, {**_LEVY, **UNBIASED}),
+    "t-ssa": Method(
+        TentSparrowSearch, {**_TENT, "adaptive": False}, "sparrow search of paper C: Tent chaos"
+    ),
+    "adf-ssa": Method(
+        TentSparrowSearch, {**_TENT, "tent": False}, "sparrow search of paper C: adaptive step factors"
+    ),
+    "tadf-ssa": Method(
+        TentSparrowSearch, _TENT, "sparrow search of paper C: Tent chaos and adaptive step factors"
+    ),
+    "tadf-ssa-debiased": Method(TentSparrowSearch, {**_TENT, **UNBIASED}),
+    "de": Method(DifferentialEvolution, {}, "differential evolution"),
+    "random": Method(RandomSearch, {}, "uniform random search"),
+    "cmaes": Method(CovarianceMatrixAdaptation, {}, "covariance matrix adaptation", "cmaes"),
+}
+"""Every short name, whether its method can be used here or not."""
+
+unavailable: dict[str, str] = {
+    name: f"No module named {method.package!r}; install the package {method.package}"
+    for name, method in METHODS.items()
+    if method.package and find_spec(method.package) is None
+}
 """Short name -> why that optimiser cannot be loaded here."""
 
-
-def _register_optional(name: str, module: str, attribute: str, settings: dict[str, Any]) -> None:
-    """Add an optimiser that needs another package, or the reason why it is missing."""
-    try:
-        registry[name] = (getattr(importlib.import_module(module), attribute), settings)
-    except ImportError as error:
-        unavailable[name] = f"{error}; install the package cmaes"
-
-
-_register_optional("cmaes", "metaheuristics.algorithms.covariance_matrix_adaptation", "CovarianceMatrixAdaptation", {})
+registry: dict[str, Method] = {name: method for name, method in METHODS.items() if name not in unavailable}
+"""Short name -> method, of those that can be used here."""
 
 
 def make_optimizer(name: str, **settings: Any) -> Optimizer[Any]:
@@ -69,9 +105,9 @@ def make_optimizer(name: str, **settings: Any) -> Optimizer[Any]:
         raise ValueError(f"The optimiser {name!r} is unavailable: {unavailable[name]}.")
     if name not in registry:
         raise ValueError(f"The optimiser is {name!r}, expected one of {', '.join(registry)}.")
-    kind, given = registry[name]
-    known = kind.__dataclass_fields__
+    method = registry[name]
+    known = method.kind.__dataclass_fields__
     for key in settings:
         if key not in known:
             raise ValueError(f"The optimiser {name!r} has no setting {key!r}, it has {', '.join(known)}.")
-    return kind(**{**given, **settings})
+    return method.kind(**{**method.settings, **settings})

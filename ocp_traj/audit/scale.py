@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import brentq
 
 from ocp_traj.arrays import Array
 from ocp_traj.audit import chebyshev
@@ -79,6 +78,7 @@ def smallest_scale(
 
 def _with_constraints(task: TrajectoryTask, motion: Motion, smallest: float, largest: float) -> float | None:
     """Return a slowing in [smallest, largest] that keeps the user's own constraints, too; the first found."""
+    from scipy.optimize import brentq  # its package takes longer to load than many a solve
 
     def excess(log_scale: float) -> float:
         slowed = Motion.of(motion.trajectory.scaled(float(np.exp(log_scale))))

@@ -1,8 +1,15 @@
-"""Solvers of trajectory tasks: one interface, one registry, one file a solver."""
+"""Solvers of trajectory tasks: one interface, one registry, one file per solver."""
 
 from __future__ import annotations
 
-from ocp_traj.solvers.registry import SolverInfo, parse_solver, solver_names, solver_table, split_solvers
+from ocp_traj.solvers.registry import (
+    SolverInfo,
+    follow_protocol,
+    parse_solver,
+    solver_names,
+    solver_table,
+    split_solvers,
+)
 from ocp_traj.solvers.solver import Outcome, Request, Solver
 
 __all__ = [
@@ -10,6 +17,7 @@ __all__ = [
     "Request",
     "Solver",
     "SolverInfo",
+    "follow_protocol",
     "parse_solver",
     "solver_names",
     "solver_table",

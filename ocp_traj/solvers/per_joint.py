@@ -6,8 +6,8 @@ another: the audit says so.
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -15,16 +15,34 @@ from metaheuristics import History, Solution, Status
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import InputError
 from ocp_traj.quantities import DERIVATIVES, RATES
-from ocp_traj.solvers.solver import Outcome, Request
+from ocp_traj.solvers.population.condensed import CondensedSolver
+from ocp_traj.solvers.solver import DEFAULT_BUDGET, Outcome, Request, Solver
 from ocp_traj.task import Boundary, Limits, Objective, TrajectoryTask
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
 from ocp_traj.transcription.curve import trajectory_from_durations
 
-if TYPE_CHECKING:
-    from ocp_traj.solvers.population.condensed import CondensedSolver
 
-DEFAULT_BUDGET = 20_000
-"""Evaluations of all joints together when the request names none."""
+@dataclass(frozen=True)
+class PerJoint(Solver):
+    """A solver of the condensed form, run on every moving joint alone; the motions are synchronised.
+
+    Parameters
+    ----------
+    solver : CondensedSolver
+        Gets an equal share of budget and time per moving joint.
+    """
+
+    kind: ClassVar[str] = "population"
+
+    solver: CondensedSolver
+
+    def check_available(self) -> None:
+        """Raise `UnavailableError` when the solver within is not there."""
+        self.solver.check_available()
+
+    def run(self, task: TrajectoryTask, request: Request) -> Outcome:
+        """Search joint by joint and synchronise; see `Solver.run`."""
+        return join_joints(task, search_joints(task, request, self.solver), self.solver)
 
 
 def joint_task(task: TrajectoryTask, joint: int) -> TrajectoryTask:
@@ -67,11 +85,6 @@ def synchronise(task: TrajectoryTask, durations: Array) -> Array:
     largest = np.where(moving_gaps(task, durations), durations, -np.inf).max(axis=0)
     result: Array = np.where(np.isfinite(largest), largest, durations.min(axis=0))
     return result
-
-
-def solve_per_joint(task: TrajectoryTask, request: Request, solver: CondensedSolver) -> Outcome:
-    """Run a population method on every moving joint alone and synchronise; the budget is shared equally."""
-    return join_joints(task, search_joints(task, request, solver), solver)
 
 
 def search_joints(task: TrajectoryTask, request: Request, solver: CondensedSolver) -> dict[int, Solution]:
@@ -121,24 +134,21 @@ def _joined(nlp: CondensedNlp, durations: Array, parts: list[Solution]) -> Solut
     evaluation = nlp.evaluate(durations[None, :])
     evaluations = sum(part.evaluations for part in parts)
     seconds = sum(part.solve_time for part in parts)
-    history = History(
-        np.array([evaluations], dtype=np.intp),
+    history = History.of(
         evaluation.cost,
-        evaluation.total_violation,
-        np.array([seconds]),
-        durations[None, :],
-        np.array([np.nan]),
+        evaluations=[evaluations],
+        dimension=nlp.dimension,
+        violation=evaluation.total_violation,
+        seconds=[seconds],
+        x=durations[None, :],
     )
     joints = ", ".join(f"{part.problem.name.rsplit(' ', 1)[1]}: {part.cost:.5g} s" for part in parts)
     return Solution(
-        nlp,
-        durations,
-        float(evaluation.cost[0]),
-        evaluation.violation[0],
-        parts[0].status if parts else Status.FAILED,
-        f"Joints apart, synchronised by the largest duration per segment (each joint alone: {joints}).",
-        evaluations,
-        sum(part.build_time for part in parts),
-        seconds,
-        history,
-    )
+        problem=nlp,
+        x=durations,
+        cost=float(evaluation.cost[0]),
+        violation=evaluation.violation[0],
+        status=parts[0].status if parts else Status.FAILED,
+        message=f"Joints apart, synchronised by the largest duration per segment (each joint alone: {joints}).",
+        history=history,
+    ).paying_for(parts)

@@ -13,9 +13,11 @@ from dataclasses import dataclass, field
 from importlib import metadata
 from typing import Any, cast
 
+from metaheuristics.algorithms.registry import METHODS, Method
 from metaheuristics.settings import check_settings
 from ocp_traj.exceptions import InputError, UnavailableError, UnknownNameError
 from ocp_traj.solvers.solver import Solver
+from ocp_traj.task import TrajectoryTask
 
 GROUP = "ocp_traj.solvers"
 
@@ -56,19 +58,24 @@ class SolverInfo:
     summary: str = ""
 
 
-def _population(method: str, summary: str, requires: tuple[str, ...] = ()) -> Entry:
-    return Entry(
-        "ocp_traj.solvers.population.population", "Population", "population", summary, {"method": method}, requires
-    )
+def _population(name: str, method: Method) -> Entry:
+    needs = (method.package,) if method.package else ()
+    home = "ocp_traj.solvers.population.population"
+    return Entry(home, "Population", "population", method.summary, {"method": name}, needs)
 
 
-def _hybrid(method: str, summary: str, requires: tuple[str, ...] = ()) -> Entry:
-    return Entry("ocp_traj.solvers.hybrid", "Hybrid", "hybrid", summary, {"method": method}, requires)
+def _hybrid(population: Entry) -> Entry:
+    summary = f"{population.summary}; then IPOPT from the best few motions"
+    settings, needs = population.settings, population.requires
+    return Entry("ocp_traj.solvers.hybrid", "Hybrid", "hybrid", summary, settings, needs)
 
 
 def _plugin(plugin: str, summary: str) -> Entry:
     return Entry("ocp_traj.solvers.gradient.gradient", "Gradient", "gradient", summary, {"plugin": plugin})
 
+
+_METHODS = {name: _population(name, method) for name, method in METHODS.items()}
+"""Every population method, also the variants that have no summary and are not listed."""
 
 ENTRIES: dict[str, Entry] = {
     "ipopt": _plugin("ipopt", "interior point with exact sparse derivatives"),
@@ -82,29 +89,11 @@ ENTRIES: dict[str, Entry] = {
     "snopt": _plugin("snopt", "sequential quadratic programming, needs a licence"),
     "knitro": _plugin("knitro", "interior point and active set, needs a licence"),
     "worhp": _plugin("worhp", "sequential quadratic programming, needs a licence"),
-    "pso": _population("pso", "particle swarm, inertia 0.9 to 0.4, c1 = c2 = 2"),
-    "pso-constriction": _population("pso-constriction", "particle swarm with constriction values"),
-    "pso-d": _population("pso-d", "particle swarm of paper D, trigonometric schedules"),
-    "ssa": _population("ssa", "sparrow search as published"),
-    "ssa-debiased": _population("ssa-debiased", "sparrow search without the pull towards the origin"),
-    "issa-a": _population(
-        "issa-a", "sparrow search of paper A: elite opposition, Gauss-Cauchy, non-dominated sorting"
-    ),
-    "issa-b": _population(
-        "issa-b", "sparrow search of paper B: 2-D logistic chaos, Levy flights, reverse learning"
-    ),
-    "t-ssa": _population("t-ssa", "sparrow search of paper C: Tent chaos"),
-    "adf-ssa": _population("adf-ssa", "sparrow search of paper C: adaptive step factors"),
-    "tadf-ssa": _population("tadf-ssa", "sparrow search of paper C: Tent chaos and adaptive step factors"),
-    "de": _population("de", "differential evolution"),
-    "random": _population("random", "uniform random search"),
-    "cmaes": _population("cmaes", "covariance matrix adaptation", ("cmaes",)),
-    "pso+ipopt": _hybrid("pso", "particle swarm, then IPOPT from the best few motions"),
-    "ssa+ipopt": _hybrid("ssa", "sparrow search as published, then IPOPT from the best few motions"),
-    "issa+ipopt": _hybrid(
-        "issa-a", "paper A's improved sparrow search, then IPOPT from the best few motions"
-    ),
-    "cmaes+ipopt": _hybrid("cmaes", "CMA-ES, then IPOPT from the best few motions", ("cmaes",)),
+    **{name: entry for name, entry in _METHODS.items() if entry.summary},
+    "pso+ipopt": _hybrid(_METHODS["pso"]),
+    "ssa+ipopt": _hybrid(_METHODS["ssa"]),
+    "issa+ipopt": _hybrid(_METHODS["issa-a"]),
+    "cmaes+ipopt": _hybrid(_METHODS["cmaes"]),
     "ipopt-multistart": Entry(
         "ocp_traj.solvers.gradient.multistart",
         "MultiStart",
@@ -126,10 +115,7 @@ def solver_table() -> list[SolverInfo]:
         entry = ENTRIES.get(name)
         reason = ""
         try:
-            solver = parse_solver(name)
-            check = getattr(solver, "check_available", None)
-            if check is not None:
-                check()
+            parse_solver(name).check_available()
         except UnavailableError as error:
             reason = str(error)
         kind = entry.kind if entry else "third-party"
@@ -173,12 +159,23 @@ def parse_solver(text: str) -> Solver:
     if preset is not None:
         given = {"preset": preset, **given}
     settings |= given
-    _check_kinds(name, cls, settings)
-    make = getattr(cls, "from_settings", None)
-    if make is not None:
-        made: Solver = make(settings)
-        return made
-    return _construct(name, cls, settings)
+    try:
+        if dataclasses.is_dataclass(cast(object, cls)):
+            check_settings(f"solver {name!r}", cast(type, cls), settings)
+        return cls.from_settings(settings)
+    except (TypeError, ValueError) as error:
+        kind = UnknownNameError if isinstance(error, UnknownNameError) else InputError
+        raise kind(f"solver {name!r}: {error}") from error
+
+
+def follow_protocol(solver: Solver, task: TrajectoryTask) -> Solver:
+    """Return the solver as the task's protocol wants it: a population method may move every joint alone."""
+    if task.search.protocol != "per-joint":
+        return solver
+    from ocp_traj.solvers.per_joint import PerJoint
+    from ocp_traj.solvers.population.condensed import CondensedSolver
+
+    return PerJoint(solver) if isinstance(solver, CondensedSolver) else solver
 
 
 def split_solvers(text: str) -> list[str]:
@@ -213,9 +210,15 @@ def _load(name: str) -> tuple[type[Solver], dict[str, Any]]:
         if name not in points:
             raise UnknownNameError(f"solver {name!r} is unknown, expected one of {', '.join(solver_names())}")
         try:
-            return points[name].load(), {}
+            cls = points[name].load()
         except Exception as error:  # somebody else's package: whatever it raises is the reason we report
             raise UnavailableError(f"solver {name!r} cannot be loaded: {error}") from error
+        if not (isinstance(cls, type) and issubclass(cls, Solver)):
+            raise UnavailableError(
+                f"solver {name!r} cannot be loaded: {points[name].value} is {cls!r}, expected a subclass of "
+                "ocp_traj.solvers.Solver"
+            )
+        return cls, {}
     try:
         for package in entry.requires:
             importlib.import_module(package)
@@ -226,36 +229,9 @@ def _load(name: str) -> tuple[type[Solver], dict[str, Any]]:
 
 
 def _made_hybrid(name: str) -> Entry | None:
-    """Return the entry of ``method+ipopt`` for any population method of this package, listed or not."""
-    method, plus, plugin = name.partition("+")
-    entry = ENTRIES.get(method)
-    if not plus or plugin != "ipopt" or entry is None or entry.kind != "population":
-        return None
-    return _hybrid(str(entry.settings["method"]), entry.summary, entry.requires)
-
-
-def _check_kinds(name: str, cls: Any, settings: dict[str, Any]) -> None:
-    """Refuse settings that are not of the kind their fields are declared to be."""
-    if dataclasses.is_dataclass(cls):
-        try:
-            check_settings(f"solver {name!r}", cast(type, cls), settings)
-        except ValueError as error:
-            raise InputError(str(error)) from None
-
-
-def _construct(name: str, cls: type[Solver], settings: dict[str, Any]) -> Solver:
-    known: list[str] = (
-        [entry.name for entry in dataclasses.fields(cls)] if dataclasses.is_dataclass(cls) else []
-    )
-    unknown = set(settings) - set(known)
-    if unknown:
-        raise UnknownNameError(
-            f"solver {name!r} has no setting {min(unknown)!r}, expected one of {', '.join(known) or 'none'}"
-        )
-    try:
-        return cls(**settings)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"solver {name!r}: {error}") from error
+    """Return the entry of ``method+ipopt`` for any population method of this package."""
+    method, _, plugin = name.partition("+")
+    return _hybrid(_METHODS[method]) if plugin == "ipopt" and method in _METHODS else None
 
 
 def _read_parameters(text: str, parameters: str) -> dict[str, Any]:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+
+from metaheuristics.solution import Status
+from ocp_traj.exceptions import UnknownNameError
 
 if TYPE_CHECKING:
     from metaheuristics import Solution
@@ -13,6 +16,13 @@ if TYPE_CHECKING:
     from ocp_traj.trajectory import Trajectory
 
 ProgressCallback = Callable[[Any], object]
+SolverT = TypeVar("SolverT", bound="Solver")
+
+DEFAULT_BUDGET = 20_000
+"""Evaluations of x of a population method when the request names none."""
+
+SMALLEST_BUDGET = 2
+"""Evaluations below which a gradient solver is not started: its first point takes one."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +48,27 @@ class Request:
     time_limit: float | None = None
     progress: ProgressCallback | None = None
     warm_start: Trajectory | None = None
+
+    def less(self, evaluations: int, seconds: float) -> Request:
+        """Return the request with what is left of budget and time; `exhausted` tells whether that is enough.
+
+        Parameters
+        ----------
+        evaluations : int
+            Spent so far.
+        seconds : float
+            Spent so far, s.
+        """
+        budget = None if self.budget is None else self.budget - evaluations
+        return replace(
+            self, budget=budget, time_limit=None if self.time_limit is None else self.time_limit - seconds
+        )
+
+    def exhausted(self, evaluations: int = 1) -> Status | None:
+        """Return why not even that many evaluations may be spent, None when they may."""
+        if self.time_limit is not None and self.time_limit <= 0:
+            return Status.TIME_EXHAUSTED
+        return Status.BUDGET_EXHAUSTED if self.budget is not None and self.budget < evaluations else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,3 +112,27 @@ class Solver(ABC):
         InputError
             The task is nothing this solver can work on; says why.
         """
+
+    def check_available(self) -> None:  # noqa: B027
+        """Raise `UnavailableError` where the solver cannot be used here; by default it always can."""
+
+    @classmethod
+    def from_settings(cls: type[SolverT], settings: dict[str, Any]) -> SolverT:
+        """Return the solver with these settings; by default they are the fields of a dataclass.
+
+        A field whose default is a dataclass itself is nothing a name can carry.
+
+        Raises
+        ------
+        UnknownNameError
+            There is no such setting; lists what there is.
+        """
+        kind: Any = cls
+        own = fields(kind) if is_dataclass(kind) else ()
+        known = [entry.name for entry in own if not is_dataclass(entry.default)]
+        unknown = set(settings) - set(known)
+        if unknown:
+            raise UnknownNameError(
+                f"{cls.__name__} has no setting {min(unknown)!r}, expected one of {', '.join(known) or 'none'}"
+            )
+        return cls(**settings)

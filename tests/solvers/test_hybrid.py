@@ -9,7 +9,7 @@ from helpers.condensed_tasks import LIMITS, make_task
 from ocp_traj import load_case
 from ocp_traj.exceptions import InputError
 from ocp_traj.solvers import Request, parse_solver
-from ocp_traj.solvers.hybrid import join_outcomes
+from ocp_traj.solvers.outcomes import join_outcomes
 from ocp_traj.solving import solve
 
 BEST = 4.310382

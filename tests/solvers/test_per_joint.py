@@ -8,7 +8,8 @@ import pytest
 from helpers.condensed_tasks import LIMITS, OBJECTIVES, make_task
 from ocp_traj import load_case
 from ocp_traj.exceptions import InputError
-from ocp_traj.solvers.per_joint import joint_task, moving_gaps, synchronise
+from ocp_traj.solvers import Request, follow_protocol, parse_solver
+from ocp_traj.solvers.per_joint import PerJoint, joint_task, moving_gaps, synchronise
 from ocp_traj.solving import SolveResult, solve
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
 
@@ -91,3 +92,22 @@ def test_other_costs_and_virtual_knots_are_refused() -> None:
         apart = replace(task, search=replace(task.search, protocol="per-joint"))
         with pytest.raises(InputError, match="the per-joint protocol minimises the time"):
             solve(apart, "pso", budget=100)
+
+
+def test_the_protocol_wraps_population_methods_only() -> None:
+    task, shared = paper_b(), load_case("machines-2024-490")
+    swarm, ipopt = parse_solver("pso"), parse_solver("ipopt")
+    assert follow_protocol(swarm, task) == PerJoint(swarm)  # type: ignore[arg-type]
+    assert follow_protocol(swarm, shared) is swarm
+    assert follow_protocol(ipopt, task) is ipopt  # type: ignore[arg-type]
+
+
+def test_joints_alone_are_solved_by_the_wrapper_and_refused_by_the_solver_itself() -> None:
+    solver, request = parse_solver("de"), Request(1, 600)
+    outcome = PerJoint(solver).run(paper_b(), request)  # type: ignore[arg-type]
+    result = solve(paper_b(), "de", seed=1, budget=600)  # type: ignore[arg-type]
+    assert outcome.trajectory is not None and result.trajectory is not None
+    np.testing.assert_array_equal(outcome.solution.x, result.solution.x)
+    assert outcome.solution.evaluations == 600 and len(outcome.solution.history) == 1
+    with pytest.raises(InputError, match="moves all joints together"):
+        solver.run(paper_b(), request)  # type: ignore[arg-type]

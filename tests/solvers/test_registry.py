@@ -20,7 +20,7 @@ TINY = '''
 from dataclasses import dataclass
 from typing import ClassVar
 
-from metaheuristics import History, Solution, Status
+from metaheuristics import Solution, Status
 from ocp_traj.solvers import Outcome, Solver
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
 
@@ -36,8 +36,8 @@ class Guess(Solver):
         nlp = CondensedNlp(task)
         x = nlp.guess * self.slower
         found = nlp.evaluate(x)
-        solution = Solution(nlp, x, float(found.cost[0]), found.violation[0], Status.CONVERGED, "guessed", 1, 0.0, 0.0,
-                            History.empty(len(x)))
+        said = {"status": Status.CONVERGED, "message": "guessed", "evaluations": 1}
+        solution = Solution(problem=nlp, x=x, cost=float(found.cost[0]), violation=found.violation[0], **said)
         return Outcome(nlp.decode(x), solution, {"evaluate": 1})
 '''
 

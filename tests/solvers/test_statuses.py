@@ -12,12 +12,18 @@ from helpers.small_tasks import ARM_POINTS, arm_task, plain_task
 from metaheuristics import Status
 from ocp_traj.case import load_case
 from ocp_traj.solvers import Request
+from ocp_traj.solvers.gradient import attempt
 from ocp_traj.solvers.gradient.account import Account
-from ocp_traj.solvers.gradient.gradient import LOOSE, Gradient
+from ocp_traj.solvers.gradient.gradient import Gradient
+from ocp_traj.solvers.gradient.plugin_call import call_plugin
+from ocp_traj.solvers.gradient.recovery import with_fewer_knots
+from ocp_traj.solvers.gradient.settings import GradientSettings, Tuning
 from ocp_traj.solving import SolveResult, solve
 from ocp_traj.task import CustomObjective, Objective, TrajectoryTask
 from ocp_traj.transcription.guess import initial_guess
+from ocp_traj.transcription.nlp import Nlp
 
+LOOSE = Tuning().loose_tolerance
 
 def hard_task() -> TrajectoryTask:
     limits = {"jerk": 50.0, "torque": [60.0, 60.0, 60.0, 12.0, 12.0, 12.0]}
@@ -75,10 +81,10 @@ def test_a_failing_task_falls_back_on_the_motion_with_fewer_knots() -> None:
     """Which it contains: the knots are inserted, the motion stays, and so does the failure's status."""
     task = plain_task(virtual_knots=3)
     solver, account = Gradient(), Account(Request(0, None, None, None, None))
-    nlp = solver._build(task, initial_guess(task), account)
-    failed = Gradient(iterations=2)._call(nlp, account, warm=False, before=None)
+    nlp = attempt.build_nlp(task, initial_guess(task), solver, account)
+    failed = call_plugin(nlp, Gradient(iterations=2), account, warm=False)
     assert failed.status is Status.BUDGET_EXHAUSTED
-    contained = solver._with_fewer_knots(task, account, failed)
+    contained = with_fewer_knots(task, failed, solver, account)
     assert contained is not None and contained.status is failed.status
     assert "1 virtual knots" in contained.message
     fewer = solve(task.changed(virtual_knots=1))
@@ -96,13 +102,12 @@ def test_rounds_of_added_points_are_rough_at_first_and_the_last_one_is_not(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     tolerances: list[float] = []
-    call = Gradient._call
 
-    def noted(solver: Gradient, *args: Any, **more: Any) -> Any:
-        tolerances.append(solver.tolerance)
-        return call(solver, *args, **more)
+    def noted(nlp: Nlp, settings: GradientSettings, *args: Any, **more: Any) -> Any:
+        tolerances.append(settings.tolerance)
+        return call_plugin(nlp, settings, *args, **more)
 
-    monkeypatch.setattr(Gradient, "_call", noted)
+    monkeypatch.setattr(attempt, "call_plugin", noted)
     result = solve(weak_arm())
     assert result.feasible
     assert tolerances[:2] == [LOOSE, LOOSE]
@@ -114,14 +119,13 @@ def test_rounds_of_added_points_are_rough_at_first_and_the_last_one_is_not(
 
 def test_a_failure_after_a_rough_round_starts_again_without_those(monkeypatch: pytest.MonkeyPatch) -> None:
     tolerances: list[float] = []
-    call = Gradient._call
 
-    def second_fails(solver: Gradient, *args: Any, **more: Any) -> Any:
-        tolerances.append(solver.tolerance)
-        answer = call(solver, *args, **more)
+    def second_fails(nlp: Nlp, settings: GradientSettings, *args: Any, **more: Any) -> Any:
+        tolerances.append(settings.tolerance)
+        answer = call_plugin(nlp, settings, *args, **more)
         return replace(answer, status=Status.FAILED) if len(tolerances) == 2 else answer
 
-    monkeypatch.setattr(Gradient, "_call", second_fails)
+    monkeypatch.setattr(attempt, "call_plugin", second_fails)
     result = solve(weak_arm())
     assert tolerances[:2] == [LOOSE, LOOSE] and set(tolerances[2:]) == {Gradient().tolerance}
     assert result.feasible and result.solution.status is Status.CONVERGED

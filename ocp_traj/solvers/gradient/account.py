@@ -8,10 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from metaheuristics import History, Solution, Status
-from ocp_traj.arrays import Array
-from ocp_traj.solvers.solver import Request
-from ocp_traj.transcription.nlp import Nlp
+from metaheuristics import History, Status
+from ocp_traj.solvers.solver import SMALLEST_BUDGET, Request
 
 
 @dataclass
@@ -39,22 +37,19 @@ class Account:
     at: list[int] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
 
-    def seconds_left(self) -> float | None:
-        """Return the seconds left, None without a limit."""
-        limit = self.request.time_limit
-        return None if limit is None else limit - (time.perf_counter() - self.begin)
+    @property
+    def left(self) -> Request:
+        """The request with what is left of budget and time."""
+        return self.request.less(self.evaluations, time.perf_counter() - self.begin)
 
     def evaluations_left(self, most: int) -> int:
         """Return the iterations allowed: an evaluation or more each, `most` without a budget."""
-        budget = self.request.budget
-        return most if budget is None else max(0, min(most, budget - self.evaluations - 1))
+        budget = self.left.budget
+        return most if budget is None else max(0, min(most, budget - 1))
 
     def exhausted(self) -> Status | None:
         """Return why nothing more may be tried, None when it may."""
-        left = self.seconds_left()
-        if left is not None and left <= 0:
-            return Status.TIME_EXHAUSTED
-        return Status.BUDGET_EXHAUSTED if self.evaluations_left(1) == 0 else None
+        return self.left.exhausted(SMALLEST_BUDGET)
 
     def record(self, stats: dict[str, Any], elapsed: float) -> None:
         """Add one call's counts and history."""
@@ -79,28 +74,20 @@ class Account:
         self.evaluations += spent
         self.solve_time += elapsed
 
-    def solution(
-        self, nlp: Nlp, x: Array, cost: float, violation: Array, status: Status, message: str
-    ) -> Solution:
-        """Return the shared interface's solution."""
-        count = len(self.cost)
-        history = History(
-            np.array(self.at, dtype=np.intp),
-            np.array(self.cost),
-            np.array(self.violation),
-            np.array(self.seconds),
-            np.full((count, len(x)), np.nan),
-            np.full(count, np.nan),
+    def totals(self, dimension: int) -> dict[str, Any]:
+        """Return the fields of a `Solution` that say what the run has cost: evaluations, seconds, history.
+
+        Parameters
+        ----------
+        dimension : int
+            Number of variables d.
+        """
+        history = History.of(
+            self.cost,
+            evaluations=self.at,
+            dimension=dimension,
+            violation=self.violation,
+            seconds=self.seconds,
         )
-        return Solution(
-            nlp,
-            x,
-            cost,
-            violation,
-            status,
-            message,
-            self.evaluations,
-            self.build_time,
-            self.solve_time,
-            history,
-        )
+        spent = {name: getattr(self, name) for name in ("evaluations", "build_time", "solve_time")}
+        return {**spent, "history": history}

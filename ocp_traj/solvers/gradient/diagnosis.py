@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.optimize import linprog
 
 from ocp_traj.arrays import Array
 from ocp_traj.limits.limit import bound_scales
@@ -105,6 +104,8 @@ def _least_torque(task: TrajectoryTask, side: int, gap: int) -> Array:
     finite = np.isfinite(room)
     acceleration = [tuple(bounds) for bounds in task.limits.get("acceleration")[gap].T]
     cost = np.append(np.zeros(task.n), 1.0)
+    from scipy.optimize import linprog  # its package takes longer to load than many a solve
+
     found = linprog(cost, rows[finite], room[finite], bounds=[*acceleration, (0.0, None)])
     if not found.success:  # every torque can be reached, by the solver's own tolerance
         return np.asarray(np.clip(still, lower, upper), dtype=np.float64)

@@ -1,8 +1,8 @@
 """The least set of limits that must give way, where a solver found no motion that keeps them all.
 
-Every limit gets a slack and the sum of the slacks, each in parts of its limit, is minimised. What is left over at the
-minimum names the limits, joints and gaps in conflict; if nothing is left over, its motion is a feasible start. Where
-IPOPT finds no minimum, the durations are held at those of a slow motion, which leaves an easy problem.
+Every limit gets a slack and the sum of the slacks, each as a fraction of its limit, is minimised. What is left over
+at the minimum names the limits, joints and gaps in conflict; if nothing is left over, its motion is a feasible start.
+Where IPOPT finds no minimum, the durations are held at those of a slow motion, which leaves an easy problem.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from ocp_traj.arrays import Array
 from ocp_traj.costs import instant_costs
 from ocp_traj.limits import DERIVATIVE_LIMITS
 from ocp_traj.solvers.gradient.account import Account
+from ocp_traj.solvers.gradient.settings import Tuning
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.lifted.lifted import LiftedNlp
@@ -25,19 +26,6 @@ from ocp_traj.transcription.nlp import RowBlock
 
 HARD_ROWS = ("continuity", "boundary jerk")
 """Rows that define the motion, not a limit."""
-
-ITERATIONS = 200
-SLOW = 4.0
-"""Where durations cannot be found, they are held at those of the first point, slowed down this much."""
-
-CONSISTENT = 1e-6
-"""Rows of the elastic phase must hold this well for its slacks to mean anything."""
-
-TIME_WEIGHT = 1e-4
-"""Cost of the duration, in units of the guess's, beside the slacks: without it a slow motion may run away."""
-
-NOTHING = 1e-9
-"""Slacks below this, in parts of the limit, are rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +36,7 @@ class LeastViolation:
     ----------
     trajectory : Trajectory
     excess : float
-        Largest slack, in parts of its limit.
+        Largest slack, as a fraction of its limit.
     sentence : str
         The limits that give way, the largest first.
     """
@@ -58,7 +46,7 @@ class LeastViolation:
     sentence: str
 
 
-def elastic_phase(nlp: LiftedNlp, x: Array, account: Account) -> LeastViolation | None:
+def elastic_phase(nlp: LiftedNlp, x: Array, account: Account, tuning: Tuning) -> LeastViolation | None:
     """Return the motion with the least sum of broken limits near a point, None when IPOPT finds none.
 
     Parameters
@@ -67,10 +55,11 @@ def elastic_phase(nlp: LiftedNlp, x: Array, account: Account) -> LeastViolation 
     x : (d,) first point; each slack starts as large as its limit is broken there
     account : Account
         Pays for it.
+    tuning : Tuning
     """
     clock = time.perf_counter()
-    rows, bounds = _soft_rows(nlp), _soft_bounds(nlp)
-    problem, options = _elastic_problem(nlp, rows, bounds)
+    rows, bounds = soft_rows(nlp), soft_bounds(nlp)
+    problem, options = elastic_problem(nlp, rows, bounds, tuning)
     soft = len(rows) + len(bounds)
     limits = {
         "lbx": np.concatenate([nlp.lower, np.zeros(2 * soft)]),
@@ -81,43 +70,50 @@ def elastic_phase(nlp: LiftedNlp, x: Array, account: Account) -> LeastViolation 
     limits["lbx"][bounds], limits["ubx"][bounds] = -np.inf, np.inf
     start = np.concatenate([x, _broken(nlp, x, rows, bounds)])
     account.build_time += time.perf_counter() - clock
-    found = _minimise({**options, "ipopt.mu_strategy": "adaptive"}, problem, start, limits, account)
+    found = _minimise({**options, "ipopt.mu_strategy": "adaptive"}, problem, start, limits, account, tuning)
     if found is not None:
-        return _read(nlp, rows, bounds, found, "in the motion that breaks limits least")
+        return _read(nlp, rows, bounds, found, tuning, "in the motion that breaks limits least")
     if account.exhausted():
         return None
-    start[: len(x)] = _slow_down(nlp, x)
+    start[: len(x)] = _slow_down(nlp, x, tuning.elastic_slowing)
     still = slice(0, nlp.layout.segments)
     limits["lbx"][still] = limits["ubx"][still] = start[still]
-    found = _minimise(options, problem, start, limits, account)
-    return None if found is None else _read(nlp, rows, bounds, found, "even in a slow motion")
+    found = _minimise(options, problem, start, limits, account, tuning)
+    return None if found is None else _read(nlp, rows, bounds, found, tuning, "even in a slow motion")
 
 
-def _slow_down(nlp: LiftedNlp, x: Array) -> Array:
-    """Return the variables of the same motion `SLOW` times as long, or as long as the task allows."""
+def _slow_down(nlp: LiftedNlp, x: Array, slowing: float) -> Array:
+    """Return the variables of the same motion `slowing` times as long, or as long as the task allows."""
     motion = nlp.decode(x)
     longest = float(np.asarray(nlp.task.objective.duration)[1])
     slower = np.array(x)
-    slower[: nlp.layout.size] = nlp.layout.encode(motion.scaled(min(SLOW, longest / motion.duration)))
+    slower[: nlp.layout.size] = nlp.layout.encode(motion.scaled(min(slowing, longest / motion.duration)))
     return slower
 
 
-def _read(nlp: LiftedNlp, rows: Any, bounds: Any, found: Array, where: str) -> LeastViolation:
+def _read(
+    nlp: LiftedNlp, rows: Any, bounds: Any, found: Array, tuning: Tuning, where: str
+) -> LeastViolation:
     size, soft = len(nlp.guess), len(rows) + len(bounds)
     slack = found[size : size + soft] + found[size + soft :]
-    sentence = _sentence(nlp, rows, bounds, slack, where)
+    sentence = _sentence(nlp, rows, bounds, np.where(slack > tuning.smallest_slack, slack, 0.0), where)
     return LeastViolation(nlp.decode(found[:size]), float(slack.max(initial=0.0)), sentence)
 
 
 def _minimise(
-    options: dict[str, Any], problem: dict[str, Any], start: Array, limits: dict[str, Array], account: Account
+    options: dict[str, Any],
+    problem: dict[str, Any],
+    start: Array,
+    limits: dict[str, Array],
+    account: Account,
+    tuning: Tuning,
 ) -> Array | None:
     """Return IPOPT's answer where it is a minimum and its rows hold, None elsewhere."""
     clock = time.perf_counter()
-    seconds = account.seconds_left()
+    seconds = account.left.time_limit
     if seconds is not None:
         options["ipopt.max_wall_time"] = max(seconds, 1e-3)
-    options["ipopt.max_iter"] = account.evaluations_left(ITERATIONS)
+    options["ipopt.max_iter"] = account.evaluations_left(tuning.elastic_iterations)
     solver = ca.nlpsol("elastic", "ipopt", problem, options)
     account.build_time += time.perf_counter() - clock
     clock = time.perf_counter()
@@ -127,7 +123,7 @@ def _minimise(
     found, g = np.array(answer["x"]).ravel(), np.array(answer["g"]).ravel()
     rest = np.maximum(g - limits["ubg"], limits["lbg"] - g).max(initial=0.0)
     # where IPOPT stopped early its slacks are no minimum: they would name conflicts that are none
-    return found if stats["success"] and np.isfinite(found).all() and rest <= CONSISTENT else None
+    return found if stats["success"] and np.isfinite(found).all() and rest <= tuning.elastic_consistency else None
 
 
 def _broken(nlp: LiftedNlp, x: Array, rows: Any, bounds: Any) -> Array:
@@ -140,14 +136,14 @@ def _broken(nlp: LiftedNlp, x: Array, rows: Any, bounds: Any) -> Array:
     return broken
 
 
-def _soft_rows(nlp: LiftedNlp) -> Any:
+def soft_rows(nlp: LiftedNlp) -> Any:
     """Return the rows that are limits: neither the motion nor a kinked cost."""
     hard_rows = {*HARD_ROWS, *(cost.name for cost in instant_costs(nlp.task) if cost.shape != "sum")}
     hard = [np.full(len(block), block.limit in hard_rows) for block in nlp.rows]
     return np.flatnonzero(~np.concatenate([*hard, np.empty(0, dtype=bool)]))
 
 
-def _soft_bounds(nlp: LiftedNlp) -> Any:
+def soft_bounds(nlp: LiftedNlp) -> Any:
     """Return the knot states whose bounds are limits, not given values."""
     layout = nlp.layout
     index = np.arange(layout.segments, layout.size)
@@ -155,7 +151,9 @@ def _soft_bounds(nlp: LiftedNlp) -> Any:
     return index[free]
 
 
-def _elastic_problem(nlp: LiftedNlp, rows: Any, bounds: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+def elastic_problem(
+    nlp: LiftedNlp, rows: Any, bounds: Any, tuning: Tuning
+) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return min sum(s) with g(x) - plus + minus in its bounds, soft bounds of x as rows, and derivatives."""
     size, count, soft = len(nlp.guess), len(nlp.g_lower), len(rows) + len(bounds)
     z, p = ca.MX.sym("z", size + 2 * soft), ca.MX.sym("p", 0)
@@ -168,7 +166,7 @@ def _elastic_problem(nlp: LiftedNlp, rows: Any, bounds: Any) -> tuple[dict[str, 
     g = rows_of_g - ca.mtimes(select, z[size : size + soft]) + ca.mtimes(select, z[size + soft :])
     full = ca.horzcat(ca.vertcat(jacobian, picked), ca.MX(-select), ca.MX(select))
     weights = np.concatenate([np.zeros(size), np.ones(2 * soft)])
-    weights[: nlp.layout.segments] = TIME_WEIGHT / nlp.layout.segments
+    weights[: nlp.layout.segments] = tuning.elastic_time_weight / nlp.layout.segments
     cost = ca.DM(weights)
     f = ca.dot(cost, z)
     factor, multipliers = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", count + len(bounds))
@@ -191,7 +189,7 @@ def _elastic_problem(nlp: LiftedNlp, rows: Any, bounds: Any) -> tuple[dict[str, 
         "no_nlp_grad": True,
         "ipopt.print_level": 0,
         "ipopt.sb": "yes",
-        "ipopt.tol": 1e-7,
+        "ipopt.tol": tuning.elastic_tolerance,
         **derivatives,
     }
     return {"x": z, "f": f, "g": g}, options
@@ -203,7 +201,7 @@ def _sentence(nlp: LiftedNlp, rows: Any, bounds: Any, slack: Array, motion: str)
     labels += [_state_label(nlp, int(index)) for index in bounds]
     worst: dict[str, tuple[float, str]] = {}
     for (limit, where), amount in zip(labels, slack):
-        if amount > max(NOTHING, worst.get(limit, (0.0, ""))[0]):
+        if amount > worst.get(limit, (0.0, ""))[0]:
             worst[limit] = (float(amount), where)
     parts = sorted(worst.items(), key=lambda item: -item[1][0])
     words = [

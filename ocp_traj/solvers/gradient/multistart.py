@@ -10,9 +10,11 @@ import numpy as np
 
 from ocp_traj.exceptions import InputError
 from ocp_traj.solvers.gradient.gradient import Gradient
-from ocp_traj.solvers.hybrid import join_outcomes
-from ocp_traj.solvers.solver import Outcome, Request, Solver
+from ocp_traj.solvers.gradient.starts import DURATION_SPREAD, random_factors
+from ocp_traj.solvers.outcomes import join_outcomes, run_from_each
+from ocp_traj.solvers.solver import SMALLEST_BUDGET, Outcome, Request, Solver
 from ocp_traj.task import TrajectoryTask
+from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription import CondensedNlp, initial_guess
 
 
@@ -35,7 +37,7 @@ class MultiStart(Solver):
 
     gradient: Gradient
     starts: int = 5
-    spread: float = 0.5
+    spread: float = DURATION_SPREAD
     jobs: int = 1
 
     def __post_init__(self) -> None:
@@ -56,38 +58,22 @@ class MultiStart(Solver):
 
     def run(self, task: TrajectoryTask, request: Request) -> Outcome:
         """Solve from every start; see `Solver.run`."""
-        starts = self._starts(task, request)
+        begin = time.perf_counter()
+        base = initial_guess(task) if request.warm_start is None else request.warm_start
+        factors = random_factors(task, np.random.default_rng(request.seed), self.starts - 1, self.spread)
+        others = [initial_guess(task, each * base.segment_durations) for each in factors]
+        starts = [request.warm_start, *others]
         if self.jobs > 1:
             return self._run_parallel(task, request, starts)
-        clock = time.perf_counter()
-        outcomes: list[Outcome] = []
-        for start in starts:
-            spent = sum(outcome.solution.evaluations for outcome in outcomes)
-            left = None if request.budget is None else request.budget - spent
-            seconds = (
-                None if request.time_limit is None else request.time_limit - (time.perf_counter() - clock)
-            )
-            if outcomes and ((left is not None and left < 2) or (seconds is not None and seconds <= 0)):
-                break
-            outcomes.append(
-                self.gradient.run(task, Request(request.seed, left, seconds, request.progress, start))
-            )
-        return join_outcomes(task, outcomes)
+        return join_outcomes(task, run_from_each(self.gradient, task, request, starts, begin=begin))
 
-    def _starts(self, task: TrajectoryTask, request: Request) -> list[Any]:
-        rng = np.random.default_rng(request.seed)
-        base = initial_guess(task) if request.warm_start is None else request.warm_start
-        factors = np.exp(self.spread * rng.standard_normal((self.starts - 1, task.gaps)))
-        others = [initial_guess(task, durations) for durations in factors * base.segment_durations]
-        return [request.warm_start, *others]
-
-    def _run_parallel(self, task: TrajectoryTask, request: Request, starts: list[Any]) -> Outcome:
+    def _run_parallel(self, task: TrajectoryTask, request: Request, starts: list[Trajectory | None]) -> Outcome:
         from joblib import Parallel, delayed
 
-        share = None if request.budget is None else max(2, request.budget // len(starts))
-        allowed = len(starts) if request.budget is None else max(1, request.budget // 2)
+        share = None if request.budget is None else max(SMALLEST_BUDGET, request.budget // len(starts))
+        allowed = len(starts) if request.budget is None else max(1, request.budget // SMALLEST_BUDGET)
         requests = [
-            Request(request.seed, share, request.time_limit, None, start) for start in starts[:allowed]
+            replace(request, budget=share, progress=None, warm_start=start) for start in starts[:allowed]
         ]
         outcomes = Parallel(n_jobs=self.jobs)(
             delayed(_run_portable)(self.gradient, task, part) for part in requests
@@ -96,7 +82,7 @@ class MultiStart(Solver):
 
 
 def _run_portable(gradient: Gradient, task: TrajectoryTask, request: Request) -> Outcome:
-    """Solve in a worker; symbols cannot be sent back, so the answer is told in the condensed form's variables."""
+    """Solve in a worker; symbols cannot be sent back, so the answer is given in the condensed form's variables."""
     outcome = gradient.run(task, request)
     assert outcome.trajectory is not None  # a gradient solver always has a motion, feasible or not
     nlp = CondensedNlp(task)

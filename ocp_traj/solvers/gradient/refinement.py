@@ -20,36 +20,70 @@ from ocp_traj.transcription.lifted.lifted import ExtraPoints
 Excess = Callable[[IndexArray, Array], Array]
 """From segments (N,) and fractions of them (N,) to how far each of k values is over its limit, (N, k)."""
 
-DENSE = 48
-"""Samples a segment when looking for broken limits."""
 
-CLOSER = 0.05
-"""The second look at a peak is so many times as wide as the first."""
+@dataclass(frozen=True)
+class PeakSearch:
+    """How broken limits are looked for, and which points are added where there are some; lengths in segments.
 
-TOLERANCE = 1e-7
-"""Ratios over a limit by less than this are left to the final scaling, and are far within what the audit allows."""
+    Parameters
+    ----------
+    samples : int
+        Samples per segment when looking for broken limits.
+    second_width : float
+        Width of the second look at a peak, relative to the first.
+    tolerance : float
+        Ratios over a limit by less than this are left to the final scaling, and are far within what the audit allows.
+    hidden_depth : float
+        Local maxima of the samples below the limit by more than this hide no broken peak.
+    first_fractions, second_fractions : tuple of float
+        Fractions of a segment: where points go first, and half-way between.
+    assumed_distance : float
+        Distance assumed of the nearest point where there is none.
+    beside : tuple of float
+        Fractions of the distance to the nearest point, for the points beside a peak of an instant.
+    closing : tuple of float
+        The same for a wandering peak: bisecting its place would take a round for every bit.
+    smallest_distance : float
+        Points nearer than this to one that is there add nothing.
+    """
 
-HIDDEN = 0.05
-"""Local maxima of the samples below the limit by more than this hide no broken peak."""
+    samples: int = 48
+    second_width: float = 0.05
+    tolerance: float = 1e-7
+    hidden_depth: float = 0.05
+    first_fractions: tuple[float, ...] = tuple(k / 8 for k in range(1, 8))
+    second_fractions: tuple[float, ...] = tuple(k / 16 for k in range(1, 16, 2))
+    assumed_distance: float = 0.1
+    beside: tuple[float, ...] = (0.5,)
+    closing: tuple[float, ...] = (0.5, 0.125)
+    smallest_distance: float = 1e-5
 
-EIGHTHS = tuple(k / 8 for k in range(1, 8))
-HALVING = tuple(k / 16 for k in range(1, 16, 2))
-"""Fractions of a segment: where to look first, and half-way between."""
+    def around(self, point: Any, known: Any, fractions: tuple[float, ...]) -> tuple[float, ...]:
+        """Return places on both sides of a point, at fractions of its distance to the nearest known one."""
+        distances = (abs(other[-1] - point[-1]) for other in known if other[:-1] == point[:-1])
+        nearest = min(distances, default=self.assumed_distance)
+        places = [point[-1] + sign * fraction * nearest for fraction in fractions for sign in (-1, 1)]
+        return tuple(min(max(place, 0.0), 1.0) for place in places)
 
-ASIDE, BESIDE = 0.1, (0.5,)
-"""Distance assumed of the nearest point where there is none, in segments; parts of it for the points beside a peak."""
+    def is_near(self, point: Any, known: Any) -> bool:
+        """Return whether a point adds nothing to the known ones."""
+        return any(
+            point[:-1] == other[:-1] and abs(point[-1] - other[-1]) < self.smallest_distance for other in known
+        )
 
-CLOSING = (0.5, 0.125)
-"""The same for a wandering peak: bisecting its place would take a round for every bit."""
 
-CLOSE = 1e-5
-"""Points nearer than this to one that is there, in segments, add nothing."""
+PEAK_SEARCH = PeakSearch()
 
 
 def broken_points(
-    task: TrajectoryTask, trajectory: Trajectory, moving: Any, *, compiled: bool = False
+    task: TrajectoryTask,
+    trajectory: Trajectory,
+    moving: Any,
+    search: PeakSearch = PEAK_SEARCH,
+    *,
+    compiled: bool = False,
 ) -> ExtraPoints:
-    """Return the points, one a peak, where the motion is over a limit by more than `TOLERANCE`."""
+    """Return the points, one per peak, where the motion is over a limit by more than the search's tolerance."""
     motion = _Motion(trajectory, segment_gaps(trajectory))
     derivatives: list[tuple[int, int, int, float]] = []
     for limit in DERIVATIVE_LIMITS:
@@ -68,9 +102,9 @@ def broken_points(
             gap, value = motion.gaps[segment], motion.derivative(order, segment, fraction)
             return _excess(value, bounds[gap], scales[gap])[:, moving]
 
-        for segment, joint, fraction in _peaks(over, motion.segments):
+        for segment, joint, fraction in _peaks(over, motion.segments, search):
             derivatives.append((limit.order, segment, joint, fraction))
-    return ExtraPoints(tuple(derivatives), tuple(_broken_instants(task, motion, compiled)))
+    return ExtraPoints(tuple(derivatives), tuple(_broken_instants(task, motion, search, compiled)))
 
 
 @dataclass(frozen=True)
@@ -106,22 +140,22 @@ def _excess(value: Array, bounds: Array, scales: Array) -> Array:
     return over
 
 
-def _peaks(over: Excess, segments: int) -> list[tuple[int, int, float]]:
+def _peaks(over: Excess, segments: int, search: PeakSearch) -> list[tuple[int, int, float]]:
     """Return (segment, column, fraction) of local maxima above the tolerance.
 
     A peak may hide between two samples that keep the limit, so parabolas through three samples give its place, and
     parabolas through three points close to that place give its height.
     """
-    fractions = np.linspace(0.0, 1.0, DENSE + 1)
-    grid = over(np.repeat(np.arange(segments), DENSE + 1), np.tile(fractions, segments))
-    grid = grid.reshape(segments, DENSE + 1, -1)
+    fractions = np.linspace(0.0, 1.0, search.samples + 1)
+    grid = over(np.repeat(np.arange(segments), len(fractions)), np.tile(fractions, segments))
+    grid = grid.reshape(segments, len(fractions), -1)
     padded = np.pad(grid, ((0, 0), (1, 1), (0, 0)), constant_values=-np.inf)
-    is_peak = (grid > -HIDDEN) & (grid > padded[:, :-2]) & (grid >= padded[:, 2:])
+    is_peak = (grid > -search.hidden_depth) & (grid > padded[:, :-2]) & (grid >= padded[:, 2:])
     segment, index, column = np.nonzero(is_peak)
     if not len(segment):
         return []
     fraction, top = fractions[index], grid[is_peak]
-    for width in (1.0 / DENSE, CLOSER / DENSE):
+    for width in (1.0 / search.samples, search.second_width / search.samples):
         middle = np.clip(fraction, width, 1.0 - width)
         places = middle + width * np.array([[-1.0], [0.0], [1.0]])
         near = over(np.tile(segment, 3), places.ravel()).reshape(3, len(segment), -1)
@@ -133,11 +167,13 @@ def _peaks(over: Excess, segments: int) -> list[tuple[int, int, float]]:
         height = centre - np.divide((left - right) ** 2, 8 * curvature, out=np.zeros_like(top), where=bent)
         fraction = np.where(inside, middle + width * shift, fraction)
         top = np.where(inside, height, np.maximum(np.maximum(left, centre), right))
-    found = top > TOLERANCE
+    found = top > search.tolerance
     return [(int(k), int(c), float(f)) for k, c, f in zip(segment[found], column[found], fraction[found])]
 
 
-def _broken_instants(task: TrajectoryTask, motion: _Motion, compiled: bool) -> list[tuple[int, float]]:
+def _broken_instants(
+    task: TrajectoryTask, motion: _Motion, search: PeakSearch, compiled: bool
+) -> list[tuple[int, float]]:
     found: dict[tuple[int, float], None] = {}
     for constraint in instant_limits(task):
         orders = 4 if constraint.needs_jerk else 3
@@ -162,12 +198,12 @@ def _broken_instants(task: TrajectoryTask, motion: _Motion, compiled: bool) -> l
             value = np.array(function.map(len(segment))(np.concatenate(u, axis=1).T)).T
             return _excess(value, bounds[gap], scales[gap])
 
-        for segment, _, fraction in _peaks(over, motion.segments):
+        for segment, _, fraction in _peaks(over, motion.segments, search):
             found[(segment, round(fraction, 6))] = None
     return list(found)
 
 
-def new_points(known: ExtraPoints, found: ExtraPoints) -> ExtraPoints:
+def new_points(known: ExtraPoints, found: ExtraPoints, search: PeakSearch = PEAK_SEARCH) -> ExtraPoints:
     """Return the found points that are not all but known already.
 
     Where a joint breaks a limit in a segment for the second time (a position: for the first time, because nothing
@@ -179,27 +215,16 @@ def new_points(known: ExtraPoints, found: ExtraPoints) -> ExtraPoints:
     for point in found.derivatives:
         spread: tuple[float, ...] = ()
         if point[:-1] in wandering:
-            spread = HALVING + _around(point, known.derivatives, CLOSING)
+            spread = search.second_fractions + search.around(point, known.derivatives, search.closing)
         elif point[0] == 0:
-            spread = EIGHTHS
+            spread = search.first_fractions
         for candidate in (point, *((*point[:-1], fraction) for fraction in spread)):
-            if not _is_near(candidate, known.derivatives) and candidate not in derivatives:
+            if not search.is_near(candidate, known.derivatives) and candidate not in derivatives:
                 derivatives.append(candidate)
     instants: list[tuple[int, float]] = []
     for peak in found.instants:
-        for place in (peak[-1], *_around(peak, known.instants, BESIDE)):
+        for place in (peak[-1], *search.around(peak, known.instants, search.beside)):
             instant = peak[0], round(place, 6)
-            if not _is_near(instant, known.instants) and instant not in instants:
+            if not search.is_near(instant, known.instants) and instant not in instants:
                 instants.append(instant)
     return ExtraPoints(tuple(derivatives), tuple(instants))
-
-
-def _around(point: Any, known: Any, parts: tuple[float, ...]) -> tuple[float, ...]:
-    """Return fractions on both sides of a point, at parts of its distance to the nearest known one."""
-    nearest = min((abs(other[-1] - point[-1]) for other in known if other[:-1] == point[:-1]), default=ASIDE)
-    places = [point[-1] + sign * part * nearest for part in parts for sign in (-1, 1)]
-    return tuple(min(max(place, 0.0), 1.0) for place in places)
-
-
-def _is_near(point: Any, known: Any) -> bool:
-    return any(point[:-1] == other[:-1] and abs(point[-1] - other[-1]) < CLOSE for other in known)

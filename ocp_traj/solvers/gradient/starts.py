@@ -15,10 +15,10 @@ from ocp_traj.transcription.guess import closed_form_durations, initial_guess
 
 logger = logging.getLogger(__name__)
 
-SPREAD = 0.5
+DURATION_SPREAD = 0.5
 """Standard deviation of the logarithm of a random start's durations."""
 
-STRETCH = 1.5
+DURATION_STRETCH = 1.5
 """Random starts are slower than the closed-form timing by this, which leaves room inside the limits."""
 
 
@@ -39,9 +39,25 @@ def other_starts(task: TrajectoryTask, rng: np.random.Generator, count: int) -> 
         yield initial_guess(task, durations)
         count -= 1
     count -= 1
+    for factors in random_factors(task, rng, count):
+        yield initial_guess(task, closed_form_durations(task) * (DURATION_STRETCH * factors))
+
+
+def random_factors(
+    task: TrajectoryTask, rng: np.random.Generator, count: int, spread: float = DURATION_SPREAD
+) -> Iterator[Array]:
+    """Yield `count` times random proportions (K - 1,) to multiply the gap durations of a motion by.
+
+    Parameters
+    ----------
+    task : TrajectoryTask
+    rng : numpy.random.Generator
+    count : int
+    spread : float
+        Standard deviation of the logarithm of each gap's duration.
+    """
     for _ in range(count):
-        factors = STRETCH * np.exp(SPREAD * rng.standard_normal(task.gaps))
-        yield initial_guess(task, closed_form_durations(task) * factors)
+        yield np.exp(spread * rng.standard_normal(task.gaps))
 
 
 def centripetal_durations(task: TrajectoryTask) -> Array:

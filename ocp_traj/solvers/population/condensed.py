@@ -1,4 +1,4 @@
-"""What all solvers of the condensed form share: the encoding, the protocol, and the way an outcome is made."""
+"""What all solvers of the condensed form share: the encoding, and the way an outcome is made."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from metaheuristics import Solution
-from ocp_traj.solvers.per_joint import solve_per_joint
+from ocp_traj.exceptions import InputError
 from ocp_traj.solvers.solver import Outcome, Request, Solver
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
@@ -27,7 +27,7 @@ class CondensedSolver(Solver):
     encoding : str
         ``"durations"``, ``"log-durations"`` or ``"scaled"``; see `CondensedNlp`.
     samples : int
-        Samples a gap.
+        Samples per gap.
     extrema : str
         ``"auto"``, ``"exact"`` or ``"sampled"``.
     """
@@ -41,9 +41,9 @@ class CondensedSolver(Solver):
         return CondensedNlp(task, encoding=self.encoding, samples=self.samples, extrema=self.extrema)
 
     def run(self, task: TrajectoryTask, request: Request) -> Outcome:
-        """Search; see `Solver.run`."""
+        """Search all joints together; see `Solver.run`."""
         if task.search.protocol == "per-joint":
-            return solve_per_joint(task, request, self)
+            raise InputError("the solver moves all joints together, expected search.protocol 'shared', or PerJoint")
         begin = time.perf_counter()
         nlp = self.problem(task)
         start, spent, counts = self.start_candidates(nlp, request)

@@ -116,28 +116,13 @@ class Counted(Problem):
         if self.progress is not None and self.progress(seen):
             raise BudgetSpent(Status.BUDGET_EXHAUSTED, "Stopped by the callback.")
 
-    def make_solution(self, status: Status, message: str, build_time: float) -> Solution:
+    def make_solution(self, status: Status, message: str) -> Solution:
         """Return the best candidate seen, whatever the solver itself called its answer."""
         recorder = self.recorder
         if self.evaluations > self._recorded:
             recorder.close_generation(time.perf_counter() - self.begin, float("nan"))
-        if not np.isfinite(recorder.cost):
-            status, message = Status.FAILED, f"No candidate had finite values. {message}"
-        elif recorder.violation > 0.0:
-            status = Status.INFEASIBLE
-            message = f"The least total violation found is {recorder.violation:.3g}. {message}"
-        return Solution(
-            self.nlp,
-            recorder.x,
-            recorder.cost,
-            recorder.rows,
-            status,
-            message,
-            recorder.evaluations,
-            build_time,
-            time.perf_counter() - self.begin,
-            recorder.make_history(),
-        )
+        seconds = time.perf_counter() - self.begin
+        return recorder.make_solution(self.nlp, status, message, solve_time=seconds)
 
 
 class Archive:

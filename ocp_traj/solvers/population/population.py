@@ -18,10 +18,9 @@ from metaheuristics import (
 )
 from metaheuristics.ordering import find_ordering
 from ocp_traj.exceptions import InputError, UnavailableError, UnknownNameError
-from ocp_traj.solvers.per_joint import DEFAULT_BUDGET
 from ocp_traj.solvers.population.condensed import CondensedSolver, encode_motion
 from ocp_traj.solvers.population.counting import Counted
-from ocp_traj.solvers.solver import Request
+from ocp_traj.solvers.solver import DEFAULT_BUDGET, Request
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
 
 
@@ -90,7 +89,7 @@ class Population(CondensedSolver):
         try:
             return make_optimizer(self.method, **settings)
         except (TypeError, ValueError) as error:
-            raise UnknownNameError(f"solver {self.method!r}: {error}") from error
+            raise UnknownNameError(str(error)) from error
 
     def search(self, nlp: CondensedNlp, request: Request, start: Any = None, spent: int = 0) -> Solution:
         """Search the box of a condensed problem."""
@@ -133,10 +132,10 @@ class Population(CondensedSolver):
 
 def _preset(method: str, preset: str) -> dict[str, Any]:
     """Return the settings a paper prints: ``paper``, or ``paper-b`` where several papers use the method."""
-    make = getattr(registry[method][0], "paper", None)
+    make = getattr(registry[method].kind, "paper", None)
     word, _, key = preset.partition("-")
     if word != "paper" or make is None:
-        raise UnknownNameError(f"solver {method!r} has no preset {preset!r}: no such preset")
+        raise UnknownNameError(f"{method!r} has no preset {preset!r}: no such preset")
     reasons = []
     # Papers and variants are spelt "B", "TADF-SSA" and "D-plain".
     for arguments in ((key.upper(),), (key.capitalize(),)) if key else ((),):
@@ -144,7 +143,7 @@ def _preset(method: str, preset: str) -> dict[str, Any]:
             return _changed_fields(make(*arguments))
         except (TypeError, ValueError) as error:
             reasons.append(str(error))
-    raise UnknownNameError(f"solver {method!r} has no preset {preset!r}: {reasons[0]}")
+    raise UnknownNameError(f"{method!r} has no preset {preset!r}: {reasons[0]}")
 
 
 def _changed_fields(optimizer: Optimizer[Any]) -> dict[str, Any]:

@@ -16,11 +16,11 @@ from pymoo.core.termination import NoTermination
 from pymoo.problems.static import StaticProblem
 
 from metaheuristics import Solution, Status
+from metaheuristics.nondominated import find_front
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import InputError
-from ocp_traj.solvers.per_joint import DEFAULT_BUDGET
 from ocp_traj.solvers.population.counting import BudgetSpent, Counted
-from ocp_traj.solvers.solver import Outcome, Request
+from ocp_traj.solvers.solver import DEFAULT_BUDGET, Outcome, Request
 from ocp_traj.solvers.third_party.third_party import ThirdParty
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
@@ -176,9 +176,9 @@ class Nsga2OfPymoo(ThirdParty):
         except BudgetSpent as end:
             status, message = end.status, str(end)
         rows = np.concatenate(seen) if seen else np.empty((0, 2 + nlp.dimension))
-        front = _nondominated(rows)
+        front = rows[find_front(rows[:, 0], rows[:, 1])]
         made = TimeEnergyFront(nlp, front[:, 0], front[:, 1], front[:, 2:], problem.evaluations)
-        return made, problem.make_solution(status, message, 0.0)
+        return made, problem.make_solution(status, message)
 
     def _check(self, task: TrajectoryTask) -> None:
         if set(task.objective.weights) - {"time", "energy"} or task.objective.custom:
@@ -191,11 +191,3 @@ class Nsga2OfPymoo(ThirdParty):
             )
         if task.search.protocol == "per-joint":
             raise InputError("NSGA-II trades time against energy, expected search.protocol 'shared'")
-
-
-def _nondominated(rows: Array) -> Array:
-    """Return the rows (duration, energy, ...) that no other row beats in both, by duration."""
-    rows = rows[np.lexsort((rows[:, 1], rows[:, 0]))]
-    best = np.minimum.accumulate(np.append(np.inf, rows[:, 1]))[:-1]
-    result: Array = rows[rows[:, 1] < best]
-    return result

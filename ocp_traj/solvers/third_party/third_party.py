@@ -6,7 +6,6 @@ problem itself counts and ends the library's loop by an exception when nothing m
 
 from __future__ import annotations
 
-import time
 from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,10 +16,9 @@ import numpy as np
 from metaheuristics import Solution, Status
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import InputError
-from ocp_traj.solvers.per_joint import DEFAULT_BUDGET
 from ocp_traj.solvers.population.condensed import CondensedSolver
 from ocp_traj.solvers.population.counting import BudgetSpent, Counted
-from ocp_traj.solvers.solver import Request
+from ocp_traj.solvers.solver import DEFAULT_BUDGET, Request
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
 
 
@@ -47,14 +45,12 @@ class ThirdParty(CondensedSolver):
     def search(self, nlp: CondensedNlp, request: Request, start: Any = None, spent: int = 0) -> Solution:
         """Let the library search; its answer is the best candidate the problem has seen."""
         budget = (request.budget or DEFAULT_BUDGET) - spent
-        begin = time.perf_counter()
         problem = Counted(nlp, budget, request.time_limit, request.progress)
-        build_time = time.perf_counter() - begin
         try:
             words = self.optimise(problem, np.random.default_rng(request.seed), start)
-            return problem.make_solution(Status.STALLED, f"Ended by itself: {words}", build_time)
+            return problem.make_solution(Status.STALLED, f"Ended by itself: {words}")
         except BudgetSpent as end:
-            return problem.make_solution(end.status, str(end), build_time)
+            return problem.make_solution(end.status, str(end))
 
     @abstractmethod
     def optimise(self, problem: Counted, rng: np.random.Generator, start: Any) -> str:
@@ -70,7 +66,7 @@ class ThirdParty(CondensedSolver):
         """
 
     def objective(self, problem: Counted) -> Callable[[Array], Array]:
-        """Return a function from X (p, d) to one number a candidate, (p,): the cost plus the penalty."""
+        """Return a function from X (p, d) to one number per candidate, (p,): the cost plus the penalty."""
         unit = self.penalty * max(abs(float(problem.nlp.evaluate(problem.nlp.guess).cost[0])), 1e-12)
 
         def penalised(X: Array) -> Array:

@@ -18,8 +18,7 @@ from helpers.row_oracle import (
     torque,
     torque_rate,
 )
-from ocp_traj.solvers.gradient import refinement
-from ocp_traj.solvers.gradient.refinement import broken_points, new_points, segment_gaps
+from ocp_traj.solvers.gradient.refinement import PeakSearch, broken_points, new_points, segment_gaps
 from ocp_traj.task import Boundary, CustomConstraint, Limits, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.lifted.lifted import ExtraPoints
@@ -150,7 +149,7 @@ def test_nothing_outside_a_segment_counts(start: float, rate: float, limit: floa
 
 def test_a_peak_between_two_samples_that_keep_the_limit_is_found() -> None:
     """The peak lies about half-way between two of the samples, both of which are below the limit."""
-    count = refinement.DENSE
+    count = PeakSearch().samples
     peak = (count // 2 + 0.45) / count
     # velocity 1 - 4 (t - peak)^2
     coefficients = [[[0.0, 1 - 4 * peak**2, 4 * peak, -4 / 3]]]

@@ -149,11 +149,12 @@ def test_the_symbols_give_the_same_values_and_derivatives_as_the_ready_functions
 
 
 def test_the_elastic_problem_has_right_derivatives() -> None:
-    from ocp_traj.solvers.gradient.elastic import _elastic_problem, _soft_bounds, _soft_rows
+    from ocp_traj.solvers.gradient.elastic import elastic_problem, soft_bounds, soft_rows
+    from ocp_traj.solvers.gradient.settings import Tuning
 
     nlp = lifted("cubic", 1, CASES["everything at once"], ExtraPoints())
-    rows, bounds = _soft_rows(nlp), _soft_bounds(nlp)
-    problem, options = _elastic_problem(nlp, rows, bounds)
+    rows, bounds = soft_rows(nlp), soft_bounds(nlp)
+    problem, options = elastic_problem(nlp, rows, bounds, Tuning())
     soft = len(rows) + len(bounds)
     x = np.concatenate([point_near(nlp), np.random.default_rng(3).uniform(0, 1, 2 * soft)])
     ready = {"grad_f": options["grad_f"], "jac_g": options["jac_g"]}
