@@ -11,9 +11,10 @@ import numpy as np
 
 from ocp_traj.audit import Verdict, audit
 from ocp_traj.audit.costs import energy, objective_value
-from ocp_traj.solvers import Outcome, Request, Solver, follow_protocol, parse_solver
+from ocp_traj.solvers import Outcome, Request, Solver, parse_solver
 from ocp_traj.solvers.mending import is_oversight, slowed_into_limits, solve_tighter
 from ocp_traj.solvers.outcomes import add_counts
+from ocp_traj.solvers.registry import follow_protocol
 from ocp_traj.solvers.solver import ProgressCallback
 from ocp_traj.trajectory_files import to_json as trajectory_to_json
 

@@ -2,14 +2,7 @@
 
 from __future__ import annotations
 
-from ocp_traj.solvers.registry import (
-    SolverInfo,
-    follow_protocol,
-    parse_solver,
-    solver_names,
-    solver_table,
-    split_solvers,
-)
+from ocp_traj.solvers.registry import SolverInfo, parse_solver, solver_names, solver_table, split_solvers
 from ocp_traj.solvers.solver import Outcome, Request, Solver
 
 __all__ = [
@@ -17,7 +10,6 @@ __all__ = [
     "Request",
     "Solver",
     "SolverInfo",
-    "follow_protocol",
     "parse_solver",
     "solver_names",
     "solver_table",

@@ -8,8 +8,9 @@ import pytest
 from helpers.condensed_tasks import LIMITS, OBJECTIVES, make_task
 from ocp_traj import load_case
 from ocp_traj.exceptions import InputError
-from ocp_traj.solvers import Request, follow_protocol, parse_solver
+from ocp_traj.solvers import Request, parse_solver
 from ocp_traj.solvers.per_joint import PerJoint, joint_task, moving_gaps, synchronise
+from ocp_traj.solvers.registry import follow_protocol
 from ocp_traj.solving import SolveResult, solve
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
 
