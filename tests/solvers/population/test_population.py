@@ -147,5 +147,5 @@ def test_energy_improves_with_the_free_speed_of_the_scaled_encoding() -> None:
 
 
 def test_the_time_limit_ends_the_search() -> None:
-    result = solve(make_task("cubic", LIMITS["velocity"]), "pso", time_limit=0.2)
+    result = solve(make_task("cubic", LIMITS["velocity"]), "pso", budget=10**8, time_limit=0.2)
     assert result.status == "time_exhausted"

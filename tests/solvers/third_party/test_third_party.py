@@ -85,7 +85,7 @@ def test_a_warm_start_is_used(name: str, own_entry_points: dict[str, str]) -> No
 
 def test_the_time_limit_and_the_callback_end_the_run(own_entry_points: dict[str, str]) -> None:
     task = make_task("cubic", LIMITS["velocity"])
-    result = solve(task, "scipy-de", time_limit=0.3)
+    result = solve(task, "scipy-de", budget=10**8, time_limit=0.3)
     assert result.status == "time_exhausted"
     seen = []
     result = solve(
