@@ -39,6 +39,8 @@ ARGUMENTS = [
     "--budget",
     "60",
     "--no-references",
+    "--jobs",
+    "1",
     "--output",
     "out",
 ]
