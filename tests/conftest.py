@@ -9,6 +9,7 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 os.environ.setdefault("MPLBACKEND", "Agg")
 
+import pytest  # noqa: E402
 from hypothesis import HealthCheck, settings  # noqa: E402
 
 from helpers.bounds_guard import no_accepted_motion_beats_its_bound  # noqa: E402
@@ -20,3 +21,14 @@ settings.register_profile(
 )
 settings.register_profile("long", deadline=None, max_examples=5000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "default"))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """Return one process per core that is ours; 0 (this process) for one file, and for what prints or measures."""
+    shown = config.option.capture == "no" or config.option.collectonly
+    measured = any("benchmarks" in argument for argument in config.args)
+    if shown or measured or (len(config.args) == 1 and ".py" in config.args[0]):
+        return 0
+    ours = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1)
+    return len(ours) if len(ours) > 1 else 0

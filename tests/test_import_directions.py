@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -13,21 +14,19 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 
-LAYERS = (
-    ("exceptions", "arrays", "units", "quantities"),
-    ("codegen", "spline"),
-    ("robot", "trajectory"),
-    ("task",),
-    ("instant",),
-    ("limits", "costs"),
-    ("transcription", "case", "trajectory_files"),
-    ("audit", "references"),
-    ("solvers", "solving", "pareto", "controller_files"),
-    ("pictures",),
-    ("papers", "comparison"),
-    ("cli",),
-)
-"""Parts of ocp_traj from lowest to highest; one imports from its own layer and those below."""
+PICTURE = ROOT / "docs" / "design.md"
+
+ROW = re.compile(r"^\| (\d+) \| ((?:`\w+`(?:, )?)+) \|$", re.MULTILINE)
+"""A row of the table of layers: its number, and the parts it holds."""
+
+
+def drawn_layers() -> dict[str, int]:
+    """Return the layer of every part of ocp_traj as the design page draws it; one imports from its own and below."""
+    rows = ROW.findall(PICTURE.read_text(encoding="utf-8"))
+    return {part: int(layer) for layer, parts in rows for part in re.findall(r"\w+", parts)}
+
+
+LAYERS = drawn_layers()
 
 BUILDERS = ("codegen", "robot", "spline", "instant", "limits", "costs", "transcription", "solvers")
 """Where CasADi symbols are built or solved."""
@@ -88,7 +87,9 @@ def full_names(module: str, names: list[str]) -> set[str]:
     return submodules if len(submodules) == len(names) else submodules | {module}
 
 
-RANK = {part: rank for rank, layer in enumerate(LAYERS) for part in layer}
+def test_the_picture_of_the_house_shows_every_part_and_no_other() -> None:
+    parts = {part_of(dotted(path)) for path in modules("ocp_traj")} - {""}
+    assert set(LAYERS) == parts
 
 
 @pytest.mark.parametrize("path", modules("ocp_traj"), ids=dotted)
@@ -96,12 +97,12 @@ def test_a_module_imports_only_from_its_own_layer_and_below(path: Path) -> None:
     part = part_of(dotted(path))
     if not part:
         return  # the package itself names every part, and imports none until it is asked
-    assert part in RANK, f"give {part} a layer"
+    assert part in LAYERS, f"give {part} a layer"
     for name in imported(path):
         if name.startswith("ocp_traj.") and name != "ocp_traj":
             other = part_of(name)
-            assert other in RANK, f"give {other} a layer"
-            assert RANK[other] <= RANK[part], f"{dotted(path)} imports {name}, which lies above it"
+            assert other in LAYERS, f"give {other} a layer"
+            assert LAYERS[other] <= LAYERS[part], f"{dotted(path)} imports {name}, which lies above it"
 
 
 @pytest.mark.parametrize("path", modules("ocp_traj"), ids=dotted)

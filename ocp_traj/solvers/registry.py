@@ -169,7 +169,19 @@ def parse_solver(text: str) -> Solver:
 
 
 def follow_protocol(solver: Solver, task: TrajectoryTask) -> Solver:
-    """Return the solver as the task's protocol wants it: a population method may move every joint alone."""
+    """Return the solver as the task's protocol wants it: a population method may move every joint alone.
+
+    Parameters
+    ----------
+    solver : Solver
+    task : TrajectoryTask
+        Its ``search.protocol`` is ``"shared"`` or ``"per-joint"``.
+
+    Returns
+    -------
+    Solver
+        The same one, or a `PerJoint` around it.
+    """
     if task.search.protocol != "per-joint":
         return solver
     from ocp_traj.solvers.per_joint import PerJoint

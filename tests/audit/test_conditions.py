@@ -1,4 +1,4 @@
-"""What mutation testing found untested in ends, waypoints, torques, speeds and a user's own limits."""
+"""Ends, waypoints, torques, speeds and a user's own limits: what mutation testing found untested in them."""
 
 from __future__ import annotations
 

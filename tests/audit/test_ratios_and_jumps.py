@@ -1,4 +1,4 @@
-"""What mutation testing found untested in the judge; each test here kills a change that survived."""
+"""Ratios to limits, and jumps between pieces: each test kills a change that survived mutation testing."""
 
 from __future__ import annotations
 
@@ -9,12 +9,11 @@ import pytest
 
 from helpers.audit_motions import INERTIA, clamped_cubic, pendulum
 from ocp_traj.audit import audit
-from ocp_traj.audit.conditions import _within
-from ocp_traj.audit.kinematics import _bound, jumps, position_width, range_ratios, side_ratios
+from ocp_traj.audit.kinematics import jumps, position_width, range_ratios, side_ratios
 from ocp_traj.audit.motion import Motion
 from ocp_traj.audit.verdict import Extremum
 from ocp_traj.robot import load_robot
-from ocp_traj.task import Boundary, Limits, TrajectoryTask
+from ocp_traj.task import Boundary, Limits, Objective, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
 
@@ -63,7 +62,9 @@ def test_only_frames_and_constraints_carry_a_label_into_json() -> None:
     ],
 )
 def test_bounds_on_durations_include_their_tolerance(duration: float, kept: bool) -> None:
-    assert _within(duration, 2.0, 3.0) is kept
+    task = TrajectoryTask([[0.0], [1.0]], Limits(velocity=2.0), objective=Objective(duration=(2.0, 3.0)))
+    motion = clamped_cubic(np.array([[0.0], [1.0]]), np.array([1.0])).scaled(duration)
+    assert audit(task, motion).feasible is kept
 
 
 def test_torque_rates_fall_with_their_own_powers_of_the_slowing(tmp_path: Path) -> None:
@@ -176,7 +177,9 @@ def test_inside_a_range_a_position_ratio_stays_between_nothing_and_one() -> None
 def test_the_bound_told_is_the_nearer_end_of_a_range_or_the_limit_of_the_values_side(
     value: float, centred: bool, bound: float
 ) -> None:
-    assert _bound(value, np.array([-1.0, 2.0]), centred) == bound
+    name, shape = ("position", [value, 0.0]) if centred else ("velocity", [0.0, value])
+    task = TrajectoryTask([[0.0], [0.0]], Limits(**{name: [[-1.0], [2.0]]}))
+    assert audit(task, Trajectory([0.0, 1.0], [[shape]], [0.0, 1.0])).limits[name].bound == bound
 
 
 @pytest.mark.parametrize(("jump", "feasible"), [(0.9e-6, True), (1.3e-6, False)])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +13,7 @@ import numpy as np
 import pytest
 import yaml
 
+from helpers.processes import interrupt
 from ocp_traj.cli.main import cli, run
 from ocp_traj.comparison.runs.store import Store
 
@@ -344,31 +344,20 @@ def test_compare_report_plot_and_export_work_together(
 
 
 def test_ctrl_c_stops_a_comparison_and_keeps_what_is_finished(tmp_path: Path, case: str) -> None:
-    folder = tmp_path / "out"
-    arguments = [
-        case,
-        "--solvers",
-        "pso",
-        "--seeds",
-        "50",
-        "--budget",
-        "20000",
-        "--no-references",
-        "--jobs",
-        "2",
-    ]
+    folder, plan = tmp_path / "out", tmp_path / "endless.toml"
+    plan.write_text(f"schema = 1\ncases = [{case!r}]\nsolvers = ['pso']\nseeds = 50\nbudget = [400, 1000000000]\n")
+    arguments = ["--plan", str(plan), "--no-references", "--jobs", "2", "--output", str(folder)]
     process = subprocess.Popen(
-        [sys.executable, "-m", "ocp_traj.cli.main", "compare", *arguments, "--output", str(folder)],
+        [sys.executable, "-m", "ocp_traj.cli.main", "compare", *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
     )
     assert process.stdout is not None
     first = process.stdout.readline()
-    process.send_signal(signal.SIGINT)
-    rest, errors = process.communicate(timeout=60)
+    rest, errors = interrupt(process)
     assert process.returncode == 130
-    assert "[1/50]" in first and "what is finished is kept" in rest
+    assert "[1/100]" in first and "what is finished is kept" in rest
     assert "Traceback" not in errors
     with Store(folder) as store:
-        assert 1 <= len(store.finished()) < 50
+        assert 1 <= len(store.finished()) < 100

@@ -7,6 +7,7 @@ import hashlib
 import os
 import time
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,17 @@ import numpy as np
 from ocp_traj.comparison.runs.plan import CaseChoice
 
 RUNNER = "helpers.comparison_fakes:run"
+
+PERMITS = "COMPARISON_FAKES_PERMITS"
+"""Environment variable with the folder of permits; runs of the solver ``permit`` take one each, or wait for it."""
+
+
+def allow(folder: Path, count: int) -> None:
+    """Let so many runs finish in all, those before included."""
+    folder.mkdir(exist_ok=True)
+    (folder / "next").write_text(str(count))
+    (folder / "next").replace(folder / "count")
+
 
 
 def identify(choice: CaseChoice) -> tuple[str, str]:
@@ -43,8 +55,6 @@ def run(request: Mapping[str, Any]) -> dict[str, Any]:
         }
     if name == "process":
         return answer | {"message": str(os.getpid())}
-    if name == "sleep":
-        time.sleep(float(parameter))
     if name == "work":
         _work(float(parameter))
     return answer
@@ -106,6 +116,20 @@ def _raise() -> None:
     raise ZeroDivisionError("the solver's own bug")
 
 
+def _await_permit() -> None:
+    if PERMITS not in os.environ:
+        return
+    folder = Path(os.environ[PERMITS])
+    while True:
+        for number in range(int((folder / "count").read_text())):
+            try:
+                (folder / f"permit-{number}").touch(exist_ok=False)
+            except FileExistsError:
+                continue
+            return
+        time.sleep(0.01)
+
+
 def _refuse_memory() -> None:
     raise MemoryError
 
@@ -121,4 +145,5 @@ _BEHAVIOURS = {
     "raise": _raise,
     "refused": _refuse_memory,
     "exit": _exit,
+    "permit": _await_permit,
 }

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import os
+import signal
+import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 PATIENCE_SECONDS = 300.0
 """After this wait a test fails; what is waited for comes at once, and on a slow machine soon."""
@@ -27,3 +30,16 @@ def ends(process: int) -> bool:
             return True
         time.sleep(0.05)
     return False
+
+
+def interrupt(process: subprocess.Popen[Any]) -> tuple[Any, Any]:
+    """Press Ctrl-C until a process ends, and return what it printed.
+
+    Once is not always enough: Python drops the exception of a signal that arrives inside a finaliser or a callback.
+    """
+    while True:
+        process.send_signal(signal.SIGINT)
+        try:
+            return process.communicate(timeout=60.0)
+        except subprocess.TimeoutExpired:
+            assert process.poll() is None

@@ -88,7 +88,7 @@ def certify(
     reason = _reason_against(task)
     if reason:
         return Certificate(None, None, message=reason)
-    spline = _SplineBounds(task)
+    spline = SplineBounds(task)
     rng = np.random.default_rng(0) if rng is None else rng
     proportions, upper = _best_proportions(task, spline, rng)
     if not np.isfinite(upper):
@@ -152,7 +152,7 @@ def _bounded_durations(task: TrajectoryTask) -> bool:
     return bool(np.isfinite(total[1]) or (gaps[:, 0] > 0).any() or np.isfinite(gaps[:, 1]).any())
 
 
-class _SplineBounds:
+class SplineBounds:
     """Bounds of T over cells of proportions, for one task."""
 
     def __init__(self, task: TrajectoryTask) -> None:
@@ -264,7 +264,7 @@ def _least_ratio(low: Array, high: Array, limit: Array) -> Array:
 
 
 def _best_proportions(
-    task: TrajectoryTask, spline: _SplineBounds, rng: np.random.Generator
+    task: TrajectoryTask, spline: SplineBounds, rng: np.random.Generator
 ) -> tuple[Array, float]:
     """Return good proportions and their exact least total, infinite where positions leave their range."""
     gaps = task.gaps
@@ -286,7 +286,7 @@ def _best_proportions(
     return proportions[0], np.inf
 
 
-def _polished(task: TrajectoryTask, spline: _SplineBounds, proportions: Array) -> tuple[Array, float]:
+def _polished(task: TrajectoryTask, spline: SplineBounds, proportions: Array) -> tuple[Array, float]:
     """Return proportions improved by sequential linear programming, and their exact total.
 
     T is the largest of many smooth values: each step minimises the largest of their linear models in a trust box.
@@ -319,7 +319,7 @@ def _polished(task: TrajectoryTask, spline: _SplineBounds, proportions: Array) -
     return point, value
 
 
-def exact_total(task: TrajectoryTask, spline: _SplineBounds, proportions: Array) -> float:
+def exact_total(task: TrajectoryTask, spline: SplineBounds, proportions: Array) -> float:
     """Return T(p) from the exact extrema of the curve, s; infinite where it leaves the position limits."""
     curve = [np.stack(piece) for piece in spline.pieces([np.full((1, 1), share) for share in proportions])]
     total = 0.0

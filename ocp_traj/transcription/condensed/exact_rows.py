@@ -94,7 +94,7 @@ def _write_extremes(
     if top > CHEAP:
         _write_needed_extremes(coefficients, decide, out)
         return
-    for degree, segments in _groups(curves.degrees):
+    for degree, segments in degree_groups(curves.degrees):
         own = coefficients[:, : degree + 1 - order, segments].swapaxes(0, 1)
         out[:, 0, segments], out[:, 1, segments] = extremes(own, ARRAYS)
 
@@ -113,12 +113,12 @@ def _write_needed_extremes(coefficients: Array, decide: Callable[[Array, Array],
 
 
 @lru_cache
-def _groups(degrees: tuple[int, ...]) -> tuple[tuple[int, slice], ...]:
+def degree_groups(degrees: tuple[int, ...]) -> tuple[tuple[int, slice], ...]:
     """Return (degree, segments) of the runs of one degree; a first and a last one among others count as one."""
     last = len(degrees) - 1
     if last > 1 and degrees[0] == degrees[last] and degrees[0] not in degrees[1:last]:
         inner = tuple(
-            (degree, slice(run.start + 1, run.stop + 1)) for degree, run in _groups(degrees[1:last])
+            (degree, slice(run.start + 1, run.stop + 1)) for degree, run in degree_groups(degrees[1:last])
         )
         return ((degrees[0], slice(0, last + 1, last)), *inner)
     starts = [k for k in range(last + 1) if k == 0 or degrees[k] != degrees[k - 1]]

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from helpers import comparison_fakes as fakes
-from helpers.processes import child_environment, ends
+from helpers.processes import PATIENCE_SECONDS, child_environment, ends
 from ocp_traj.comparison.runs import child, environment, supervisor
 from ocp_traj.comparison.runs.plan import CaseChoice, Plan
 from ocp_traj.comparison.runs.supervisor import Supervisor
@@ -41,7 +41,7 @@ def test_requests_are_answered_line_by_line_and_printing_does_not_disturb(tmp_pa
         text=True,
         env={**environment, "PYTHONPATH": os.pathsep.join([str(tmp_path), environment["PYTHONPATH"]])},
         check=True,
-        timeout=60,
+        timeout=PATIENCE_SECONDS,
     )
     ready, *answers = [json.loads(line) for line in done.stdout.splitlines()]
     assert ready == {"state": "ready"}

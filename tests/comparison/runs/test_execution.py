@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from helpers import comparison_fakes as fakes
-from helpers.processes import child_environment, ends
+from helpers.processes import child_environment, ends, interrupt
 from ocp_traj.comparison.runs.compare import Progress, compare
 from ocp_traj.comparison.runs.plan import CaseChoice, Plan
 from ocp_traj.comparison.runs.store import Row, Store
@@ -185,7 +185,7 @@ from pathlib import Path
 from helpers import comparison_fakes as fakes
 from ocp_traj.comparison.runs.compare import compare
 from ocp_traj.comparison.runs.plan import CaseChoice, Plan
-solvers = ("sleep:0.12", "sleep:0.15", "segfault", "sleep:0.1")
+solvers = ("permit:a", "permit:b", "segfault", "permit:c")
 cases = (CaseChoice("one"), CaseChoice("two"))
 plan = Plan(cases, solvers, seeds=4, references=False, runner=fakes.RUNNER)
 print("started", flush=True)
@@ -193,10 +193,10 @@ compare(plan, Path(sys.argv[1]), jobs=2, identify=fakes.identify)
 """
 
 
-def start(folder: Path) -> subprocess.Popen[bytes]:
+def start(folder: Path, **environment: str) -> subprocess.Popen[bytes]:
     return subprocess.Popen(
         [sys.executable, "-c", _SCRIPT, str(folder)],
-        env=child_environment(),
+        env={**child_environment(), **environment},
         stdout=subprocess.PIPE,
     )
 
@@ -205,21 +205,26 @@ def start(folder: Path) -> subprocess.Popen[bytes]:
 def test_a_comparison_stopped_at_random_moments_ends_with_the_same_table(
     tmp_path: Path, how: signal.Signals, times: int
 ) -> None:
-    quiet = start(tmp_path / "quiet")
+    quiet, permits = start(tmp_path / "quiet"), tmp_path / "permits"
     rng = random.Random(8)
     counts = []
     for attempt in range(times):
-        process = start(tmp_path / "stopped")
+        fakes.allow(permits, 3 * (attempt + 1))  # never all: it cannot end before it is stopped
+        process = start(tmp_path / "stopped", **{fakes.PERMITS: str(permits)})
         if how == signal.SIGINT:  # an interpreter that starts may swallow it
             assert process.stdout is not None and process.stdout.readline() == b"started\n"
         if attempt % 2:
             wait_for_more_rows(tmp_path / "stopped")
         time.sleep(rng.uniform(0.0, 0.3))
-        assert process.poll() is None, "the comparison ended before it could be stopped: make its runs longer"
-        process.send_signal(how)
+        assert process.poll() is None
+        if how == signal.SIGINT:
+            interrupt(process)
+        else:
+            process.send_signal(how)
         assert process.wait() != 0
         counts.append(count_rows(tmp_path / "stopped"))
-    assert start(tmp_path / "stopped").wait() == 0
+    fakes.allow(permits, 100)
+    assert start(tmp_path / "stopped", **{fakes.PERMITS: str(permits)}).wait() == 0
     assert quiet.wait() == 0
     assert counts == sorted(counts) and 0 < counts[-1] < 32
     assert comparable(tmp_path / "stopped") == comparable(tmp_path / "quiet")

@@ -44,7 +44,7 @@ def request_for(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "solver": "ipopt",
         "seed": 1,
         "budget": None,
-        "time_limit": 30.0,
+        "time_limit": None,
     }
 
 

@@ -1,4 +1,4 @@
-"""What mutation testing found untested in the update rules; each test here kills a change that survived."""
+"""Update rules of swarm and flock; each test kills a change that survived mutation testing."""
 
 import numpy as np
 import pytest

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ocp_traj.references import certify
-from ocp_traj.references.bounds.certify import _SplineBounds, exact_total
+from ocp_traj.references.bounds.certify import SplineBounds, exact_total
 from ocp_traj.references.bounds.enclosure import Enclosure
 from ocp_traj.spline import EndConditions, get_family
 from ocp_traj.task import Boundary, Limits, Objective, TrajectoryTask
@@ -77,10 +77,10 @@ def test_no_random_durations_beat_a_certificate() -> None:
     task = TrajectoryTask(points, Limits(velocity=1.0, acceleration=1.5, jerk=8.0), family="cubic")
     result = certify(task, gap=0.05)
     assert result.certified
-    totals, _ = _SplineBounds(task).totals(rng.dirichlet(np.ones(3), 3000))
+    totals, _ = SplineBounds(task).totals(rng.dirichlet(np.ones(3), 3000))
     assert totals.min() >= result.lower
     p = result.durations / result.durations.sum()
-    assert exact_total(task, _SplineBounds(task), p) == pytest.approx(result.upper, rel=1e-9)
+    assert exact_total(task, SplineBounds(task), p) == pytest.approx(result.upper, rel=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from ocp_traj.solvers import Request
 from ocp_traj.solvers.gradient.account import Account
 from ocp_traj.solvers.gradient.attempt import attempt, continuation, fit_guess, loosened
 from ocp_traj.solvers.gradient.settings import GradientSettings
+from ocp_traj.spline import get_family
 from ocp_traj.task import Limits, TrajectoryTask
 from ocp_traj.transcription import initial_guess
 
@@ -37,7 +38,7 @@ def task(**changes: object) -> TrajectoryTask:
     ],
 )
 def test_few_knots_come_first_and_the_number_wanted_last(family: str, knots: int, stages: list[int]) -> None:
-    assert continuation(family, knots) == stages
+    assert continuation(get_family(family), knots) == stages
 
 
 def test_a_motion_of_the_same_form_is_started_from_as_it_is() -> None:

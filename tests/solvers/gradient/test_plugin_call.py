@@ -48,7 +48,7 @@ def test_families_without_virtual_knots_get_the_condensed_form() -> None:
 def test_the_condensed_form_starts_from_the_guess_in_a_wide_box() -> None:
     own = task()
     condensed = condensed_from(own, initial_guess(own), SETTINGS, 16)
-    assert condensed.task is own and condensed.encoding == "log-durations"
+    assert condensed.task is own and str(condensed.encoding) == "log-durations"
     durations = initial_guess(own).segment_durations
     np.testing.assert_allclose(condensed.decode(condensed.guess).segment_durations, durations)
     np.testing.assert_allclose(np.exp(condensed.upper), 1e3 * durations.max())

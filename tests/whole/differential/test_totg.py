@@ -28,7 +28,7 @@ def test_moveits_two_point_duration_is_the_proved_optimum_and_ours_comes_near() 
 
 def test_we_pass_the_points_exactly_in_less_time_than_moveit_needs_to_round_them() -> None:
     task = moveit_test3()
-    bound = kinematic_bound(task, time_limit=2.0, starts=1)
+    bound = kinematic_bound(task, time_limit=1e9, largest_nodes=2000, starts=1)
     ours = ot.solve(task, Gradient(compiled=False))
     assert ours.feasible and ours.audit.waypoint_error <= 1e-8
     assert bound.lower is not None and bound.lower <= ours.duration < 0.94 * PRINTED_TEST3

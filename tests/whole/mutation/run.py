@@ -1,7 +1,7 @@
 """Mutation testing: change one thing in one module, run the tests that should notice, count those that do not.
 
-    python tests/mutation/run.py audit --sample 80 --seed 0
-    python tests/mutation/run.py metaheuristics --sample 80 --seed 0 --output survivors.json
+    python -m tests.whole.mutation.run audit --sample 80 --seed 0
+    python -m tests.whole.mutation.run metaheuristics --sample 80 --seed 0 --output survivors.json
 
 Each mutant is compiled in a forked child and given to the import system there: no file is ever changed. A mutant
 is killed by a failing test, by an error at import, or by using far more processor time than the tests do.
@@ -25,115 +25,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).resolve().parents[2]
-
-ROWS = "tests/transcription/test_mutants.py"
-POPULATION = "tests/transcription/test_mutants_condensed.py"
-LIFTED = (
-    ROWS,
-    "tests/transcription/test_lifted_derivatives.py::test_points_added_between_samples_have_right_derivatives_too",
-    "tests/transcription/test_lifted_derivatives.py::test_the_symbols_give_the_same_values_and_derivatives_as_the_ready_functions",
-)
-CONDENSED = (
-    POPULATION,
-    "tests/transcription/test_extrema.py",
-    *(
-        f"tests/transcription/test_condensed.py::test_{name}"
-        for name in (
-            "waypoints_on_a_position_limit_break_nothing",
-            "few_waypoints_agree_with_their_symbols",
-            "virtual_knots_and_end_conditions_agree_with_their_symbols",
-            "every_limit_is_broken_as_much_as_its_symbols_say[septic-per gap]",
-            "a_candidate_is_judged_the_same_in_any_population",
-            "evaluations_keep_their_numbers_when_others_follow",
-            "all_limits_friction_and_custom_functions_together_agree_with_their_symbols",
-            "a_wrong_encoding_or_extrema_is_refused",
-        )
-    ),
-    *(
-        f"tests/transcription/test_scaling.py::test_{name}"
-        for name in (
-            "bounds_of_durations_limit_the_scale",
-            "gravity_over_a_torque_limit_is_reported_at_any_speed",
-            "a_joint_that_must_not_move_is_reported_at_any_speed",
-            "what_does_not_scale_is_refused",
-            "the_smallest_scale_is_feasible_and_a_smaller_one_is_not",
-            "the_total_of_the_durations_does_not_matter",
-        )
-    ),
-)
-
-AREAS: dict[str, dict[str, tuple[str, ...]]] = {
-    "audit": {
-        f"ocp_traj/audit/{name}.py": (
-            "tests/audit/test_mutants.py",
-            "tests/audit/test_mutants_conditions.py",
-            "tests/audit/test_judge.py",
-            "tests/audit/test_waypoints.py",
-            "tests/audit/test_scale.py",
-            "tests/audit/test_torque.py",
-            "tests/audit/test_curves.py",
-            "tests/audit/test_chebyshev.py",
-            "tests/audit/test_kinematics.py",
-        )
-        for name in (
-            "kinematics",
-            "conditions",
-            "scale",
-            "verdict",
-            "judge",
-            "polynomials",
-            "roots",
-            "motion",
-            "waypoints",
-            "chebyshev",
-            "torque",
-            "curves",
-        )
-    },
-    "constraints": {
-        **{
-            f"ocp_traj/transcription/{name}.py": LIFTED
-            for name in (
-                "kinematic_rows",
-                "instant_rows",
-                "state_bounds",
-                "layout",
-                "parts",
-                "chain",
-                "composed",
-                "samples",
-            )
-        },
-        **{
-            f"ocp_traj/transcription/{name}.py": CONDENSED
-            for name in ("blocks", "rows", "exact_rows", "extrema", "grid", "batch", "encoding", "scaling")
-        },
-        **{
-            f"ocp_traj/limits/{name}.py": (ROWS, POPULATION)
-            for name in ("limit", "derivatives", "torque", "torque_rate", "cartesian_speed", "custom")
-        },
-        "ocp_traj/solvers/gradient/refinement.py": ("tests/solvers/test_refinement.py",),
-        "ocp_traj/transcription/nlp.py": (POPULATION, "tests/transcription/test_condensed.py"),
-        "ocp_traj/task/task.py": ("tests/test_task.py", ROWS, POPULATION, "tests/test_case_errors.py"),
-        "ocp_traj/case/limits.py": ("tests/test_case.py", "tests/test_case_errors.py"),
-    },
-    "metaheuristics": {
-        "metaheuristics/algorithms/particle_swarm.py": (
-            "tests/metaheuristics/test_particle_swarm.py",
-            "tests/metaheuristics/test_mutants.py",
-        ),
-        **{
-            f"metaheuristics/{name}.py": (
-                "tests/metaheuristics/test_sparrow_search.py",
-                "tests/metaheuristics/test_improved_sparrow_searches.py",
-                "tests/metaheuristics/test_mutants.py",
-            )
-            for name in ("sparrow_search", "improved_elite", "improved_levy", "improved_tent")
-        },
-    },
-}
-"""For every area its modules, each with the test files that should notice a change."""
+from tests.whole.mutation.areas import AREAS, ROOT
 
 COMPARISONS: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
     ast.Lt: (ast.LtE, ast.GtE),
@@ -309,7 +201,8 @@ def run_child(tests: list[str], mutant: Mutant | None, seconds: float, write: in
     os.dup2(null, 2)
     if mutant is not None:
         sys.meta_path.insert(0, MutantFinder(mutant))
-    arguments = ["-x", "-q", "-p", "no:cacheprovider", "--rootdir", str(ROOT), *tests]
+    plain = ["--override-ini", "addopts=", "--import-mode=importlib", "-m", "not slow and not long"]
+    arguments = ["-x", "-q", "-p", "no:cacheprovider", "--rootdir", str(ROOT), *plain, *tests]
     return int(pytest.main(arguments, plugins=[FirstFailure()]))
 
 
@@ -324,7 +217,7 @@ def preload(area: str) -> None:
         names += ["casadi", "pinocchio", "ocp_traj.robot.inverse_dynamics", "ocp_traj.robot.urdf"]
         names += ["ocp_traj.robot.robot", "ocp_traj.robot.packaged", "ocp_traj.trajectory"]
     if area == "audit":
-        names.append("ocp_traj.task.task")
+        names.append("ocp_traj.task")
     for name in names:
         importlib.import_module(name)
     early = {path.removesuffix(".py").replace("/", ".") for path in AREAS[area]} & set(sys.modules)
@@ -350,7 +243,6 @@ def main() -> int:
     )
     options = parser.parse_args()
     os.chdir(ROOT)
-    sys.path.insert(0, str(ROOT))
     modules = {
         path: tests
         for path, tests in AREAS[options.area].items()
@@ -373,11 +265,7 @@ def report(
 ) -> int:
     """Run the chosen mutants and print every survivor and the counts."""
     preload(options.area)
-    tests = {
-        path: [name for name in names if (ROOT / name.split("::")[0]).exists()]
-        for path, names in modules.items()
-    }
-    for names in {tuple(names) for names in tests.values()}:
+    for names in set(modules.values()):
         passed, first = run_tests(list(names), None, 10 * options.seconds)
         if not passed:
             print(f"the tests fail without any change: {first}")
@@ -386,7 +274,7 @@ def report(
     known = {(result["path"], result["index"], result["change"]) for result in results}
     chosen = [mutant for mutant in chosen if (mutant.path, mutant.index, mutant.change) not in known]
     with ThreadPoolExecutor(options.jobs) as pool:
-        outcomes = pool.map(lambda mutant: run_tests(tests[mutant.path], mutant, options.seconds), chosen)
+        outcomes = pool.map(lambda mutant: run_tests(list(modules[mutant.path]), mutant, options.seconds), chosen)
         for mutant, (survived, first) in zip(chosen, outcomes, strict=True):
             results.append({**asdict(mutant), "survived": survived, "killed_by": first})
             if survived:
