@@ -38,6 +38,8 @@ class RunRecord:
         Lists ``evaluations``, ``cost``, ``violation``, ``seconds``, equally long.
     trajectory
         The exact curve as in the contract's section 4.
+    details
+        What a runner of its own tells beside, any JSON values.
     """
 
     status: str
@@ -60,6 +62,7 @@ class RunRecord:
     peak_memory: int | None = None
     history: dict[str, list[float | None]] = field(default_factory=dict)
     trajectory: dict[str, Any] | None = None
+    details: dict[str, Any] = field(default_factory=dict)
 
     @property
     def return_code_correct(self) -> bool:

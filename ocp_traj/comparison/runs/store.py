@@ -58,7 +58,9 @@ CREATE TABLE problems (
 ) WITHOUT ROWID;
 """
 
-MIGRATIONS = (_VERSION_1, _VERSION_2)
+_VERSION_3 = "ALTER TABLE histories ADD COLUMN details TEXT NOT NULL DEFAULT '{}'"
+
+MIGRATIONS = (_VERSION_1, _VERSION_2, _VERSION_3)
 """Step k brings a file from schema version k to k + 1; a new version is a new step, old ones never change."""
 
 _KEY = ("case_digest", "solver", "settings_digest", "seed")
@@ -268,7 +270,8 @@ class Store:
                 tuple(values.values()),
             )
             self._connection.execute(
-                f"INSERT INTO histories VALUES (?, ?, ?, ?, ?, ?, ?, ?) {_KEEP_FIRST}", (*spec.key, *history)
+                f"INSERT INTO histories VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) {_KEEP_FIRST}",
+                (*spec.key, *history, json.dumps(finite(record.details))),
             )
 
     def _write_trajectory(self, spec: RunSpec, trajectory: dict[str, Any]) -> str:
@@ -293,7 +296,7 @@ class Store:
         """Return every run, ordered by case, solver, settings and seed."""
         parts = "".join(f", h.{part} AS h_{part}" for part in _HISTORY)
         query = (
-            f"SELECT r.*{parts} FROM runs r LEFT JOIN histories h USING ({', '.join(_KEY)})"
+            f"SELECT r.*{parts}, h.details FROM runs r LEFT JOIN histories h USING ({', '.join(_KEY)})"
             if histories
             else "SELECT * FROM runs r"
         )
@@ -367,9 +370,10 @@ def _row(entry: sqlite3.Row, histories: bool) -> Row:
     worst = None
     if entry["worst_limit"] is not None:
         worst = {name: entry[f"worst_{name}"] for name in ("limit", "joint", "time", "ratio")}
-    history = {}
+    history, details = {}, {}
     if histories and entry["h_cost"] is not None:
         history = load_history({part: entry[f"h_{part}"] for part in _HISTORY})
+        details = load_object(entry["details"])
     record = RunRecord(
         **{name: entry[name] for name in _PLAIN},
         claimed=bool(entry["claimed"]),
@@ -377,6 +381,7 @@ def _row(entry: sqlite3.Row, histories: bool) -> Row:
         worst=worst,
         findings=load_texts(entry["findings"]),
         history=history,
+        details=details,
     )
     return Row(
         entry["case_digest"], entry["case_name"], entry["solver"], entry["settings_digest"], entry["seed"],
