@@ -104,11 +104,11 @@ def _row(paper: Paper, records: Records, entry: Experiment, apart: bool) -> list
         cells.append(number(quartiles(np.array(slowed))[1]))
         parts = [part["generations"] for run in runs for part in run.details.get("parts", [])]
         generations = np.array(parts, dtype=np.float64)
-    evaluations = sorted({run.evaluations for run in runs if run.evaluations is not None}) or ["—"]
+    evaluations = [run.evaluations for run in runs if run.evaluations is not None]
     seconds = (records.raw(entry.label, field, entry.group) for field in ("seconds", "processor"))
     return [
         *cells,
-        f"{evaluations[0]}" if len(evaluations) == 1 else f"{evaluations[0]} to {evaluations[-1]}",
+        " to ".join(map(str, sorted({min(evaluations), max(evaluations)}))) if evaluations else "—",
         "—" if entry.once else spread_of(generations, 0),
         *(number(quartiles(times[np.isfinite(times)])[1], 2) for times in seconds),
     ]

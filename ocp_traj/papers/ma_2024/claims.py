@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ocp_traj.audit import audit
+from ocp_traj.comparison.report.statistics import quartiles
 from ocp_traj.papers.experiments import PUBLISHED_PROTOCOL
 from ocp_traj.papers.joints_apart import totals
-from ocp_traj.papers.measures import claim_gain, claim_order, number, quartiles
+from ocp_traj.papers.measures import claim_gain, claim_order, number
 from ocp_traj.papers.motions import certified_optimum, claim_smooth, joint_optima, synchronised_optima
 from ocp_traj.papers.paper import Claim, Paper
 from ocp_traj.papers.records import Records

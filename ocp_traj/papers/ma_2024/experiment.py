@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from ocp_traj.comparison.report.document import Table
+from ocp_traj.comparison.report.statistics import quartiles
 from ocp_traj.papers.drawings import best_motion, joints_picture, motions_picture, tool_picture
 from ocp_traj.papers.experiments import BETTER_CURVE, PUBLISHED_PROTOCOL, Protocol
 from ocp_traj.papers.joints_apart import joints_table, segments_table, totals
 from ocp_traj.papers.ma_2024.claims import ISSA, PSO, PUBLISHED_TOTALS, SSA, UNOPTIMISED, claims
-from ocp_traj.papers.measures import number, order_with_tests, quartiles
+from ocp_traj.papers.measures import number, order_with_tests
 from ocp_traj.papers.motions import (
     audit_durations,
     certified_optimum,

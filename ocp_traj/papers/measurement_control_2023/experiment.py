@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from ocp_traj.comparison.report.statistics import quartiles
 from ocp_traj.papers.drawings import best_motion, convergence_picture, motions_picture
 from ocp_traj.papers.experiments import EQUAL_EVALUATIONS, PUBLISHED_PROTOCOL, Protocol
 from ocp_traj.papers.measurement_control_2023.claims import ISSA, PSO, SSA, claims
-from ocp_traj.papers.measures import number, order_with_tests, quartiles, with_unit
+from ocp_traj.papers.measures import number, order_with_tests, with_unit
 from ocp_traj.papers.paper import Claim, Paper
 from ocp_traj.papers.records import Records
 from ocp_traj.pictures.picture import Picture

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.comparison.report.statistics import quartiles
 from ocp_traj.papers.experiments import PUBLISHED_PROTOCOL
-from ocp_traj.papers.measures import claim_order, number, quartiles, spread_of
+from ocp_traj.papers.measures import claim_order, number, spread_of
 from ocp_traj.papers.paper import Claim, Paper
 from ocp_traj.papers.records import Records
 from ocp_traj.papers.zhang_2022.inverse_timing import inverse_timing, timing_claims

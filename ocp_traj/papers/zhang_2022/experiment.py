@@ -8,6 +8,7 @@ import numpy as np
 
 from metaheuristics.algorithms.tent_sparrow_search import TentSparrowSearch
 from ocp_traj.comparison.report.document import Table
+from ocp_traj.comparison.report.statistics import quartiles
 from ocp_traj.papers.drawings import (
     best_motion,
     convergence_picture,
@@ -16,7 +17,7 @@ from ocp_traj.papers.drawings import (
     tool_picture,
 )
 from ocp_traj.papers.experiments import EQUAL_EVALUATIONS, PUBLISHED_PROTOCOL, Protocol
-from ocp_traj.papers.measures import number, order_with_tests, quartiles
+from ocp_traj.papers.measures import number, order_with_tests
 from ocp_traj.papers.motions import PATH_SAMPLES
 from ocp_traj.papers.paper import Claim, Paper, table_of
 from ocp_traj.papers.records import Records

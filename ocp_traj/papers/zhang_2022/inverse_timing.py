@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ocp_traj.comparison.report.document import Table
-from ocp_traj.papers.measures import quartiles
+from ocp_traj.comparison.report.statistics import quartiles
 from ocp_traj.papers.paper import Claim, table_of
 from ocp_traj.papers.records import Records
 

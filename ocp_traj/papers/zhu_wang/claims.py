@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ocp_traj.comparison.report.statistics import quartiles
 from ocp_traj.exceptions import OcpTrajError
 from ocp_traj.papers.experiments import PUBLISHED_PROTOCOL
 from ocp_traj.papers.joints_apart import totals
-from ocp_traj.papers.measures import claim_order, number, quartiles
+from ocp_traj.papers.measures import claim_order, number
 from ocp_traj.papers.motions import audit_durations, certified_optimum, claim_smooth, travelled
 from ocp_traj.papers.paper import Claim, Paper
 from ocp_traj.papers.records import Records

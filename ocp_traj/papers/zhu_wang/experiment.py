@@ -8,10 +8,11 @@ import numpy as np
 
 from ocp_traj.audit import audit
 from ocp_traj.comparison.report.document import Table
+from ocp_traj.comparison.report.statistics import quartiles
 from ocp_traj.papers.drawings import joints_picture, motions_picture, segments_picture, tool_picture
 from ocp_traj.papers.experiments import PUBLISHED_PROTOCOL, Protocol
 from ocp_traj.papers.joints_apart import joints_table, segments_table, totals
-from ocp_traj.papers.measures import number, quartiles
+from ocp_traj.papers.measures import number
 from ocp_traj.papers.motions import (
     audit_durations,
     certified_optimum,
