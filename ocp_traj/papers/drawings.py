@@ -73,7 +73,8 @@ def joints_picture(
                 costs = np.stack([_best_of_generations(entry, grid - 1) for entry in histories])
                 drawn.append(_spread(grid, costs, label, colour))
         lines, bands = tuple(line for line, _ in drawn), tuple(band for _, band in drawn)
-        panels.append(Panel(f"joint {joint}", "population", "best feasible total, s", lines, bands, log_x=True))
+        axes = ("generation, the first population being 1", "best feasible total, s")
+        panels.append(Panel(f"joint {joint}", *axes, lines, bands, log_x=True))
     return Picture("joints", title, caption, tuple(panels), columns=min(3, len(panels)))
 
 

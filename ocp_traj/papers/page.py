@@ -24,8 +24,10 @@ if TYPE_CHECKING:
 SAME_POSITION = 1e-6
 """Joint positions closer than this are the same, rad."""
 
-SCREEN_DPI = 66
-"""Dots per inch of a page's pictures."""
+SCREEN_DPI, SMALL_DPI = 100, 66
+"""Dots per inch of a page's pictures, and of those with more panels than `FEW_PANELS`."""
+
+FEW_PANELS = 4
 
 JUDGING = (
     "Orders are judged by Friedman's test and Wilcoxon's signed ranks with Holm's correction over the seeds, single "
@@ -194,7 +196,7 @@ def _figures(paper: Paper, records: Records, folder: Path) -> tuple[str, ...]:
             shown.append(figure)
         else:
             file = f"{paper.stem}-{figure.name}.png"
-            save_picture(figure, folder / file, SCREEN_DPI)
+            save_picture(figure, folder / file, SCREEN_DPI if len(figure.panels) <= FEW_PANELS else SMALL_DPI)
             shown += [f"![{figure.title}]({file})", f"{figure.title}: {figure.caption}"]
     return tuple(shown)
 

@@ -15,6 +15,6 @@ def quick_store(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def open_quickly(store: Store, *arguments: Any, **options: Any) -> None:
         opened(store, *arguments, **options)
-        store._connection.execute("PRAGMA synchronous = OFF")
+        store._connection.executescript("PRAGMA synchronous = OFF; PRAGMA journal_mode = MEMORY")
 
     monkeypatch.setattr(Store, "__init__", open_quickly)
