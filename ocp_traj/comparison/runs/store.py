@@ -155,7 +155,8 @@ class Store:
         if found == len(MIGRATIONS):
             return
         with self._transaction():
-            for version in range(found, len(MIGRATIONS)):
+            # Read again: another process may have made or migrated the file since.
+            for version in range(self.version, len(MIGRATIONS)):
                 for statement in MIGRATIONS[version].split(";"):
                     self._connection.execute(statement)
                 self._connection.execute(f"PRAGMA user_version = {version + 1}")
