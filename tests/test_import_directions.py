@@ -38,7 +38,7 @@ FENCES = {
     "cvxpy": ("references",),
     "clarabel": ("references",),
     "pandas": ("comparison",),
-    "matplotlib": ("pictures",),
+    "matplotlib": ("pictures", "papers"),
     "tomllib": ("case",),
     "tomli": ("case",),
     "tomli_w": ("case",),

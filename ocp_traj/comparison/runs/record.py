@@ -34,12 +34,12 @@ class RunRecord:
         Number of decision variables.
     evaluations, build_time, solve_time, wall_time, peak_memory
         Cost of the run: points, s, s, s (everything included), bytes above the idle worker.
+    details
+        What a runner of its own reports beside, any JSON values.
     history
         Lists ``evaluations``, ``cost``, ``violation``, ``seconds``, equally long.
     trajectory
         The exact curve as in the contract's section 4.
-    details
-        What a runner of its own tells beside, any JSON values.
     """
 
     status: str
