@@ -110,10 +110,9 @@ class Records:
         self.folder = folder
         self.case = case
         self._rows: dict[tuple[str, str], list[Row]] = {}
-        name, self._digest = identify_case(CaseChoice(case))
+        _, self._digest = identify_case(CaseChoice(case))
         with Store(folder, create=True) as store:
-            store.add_case(RunSpec(case, (), name, self._digest, "", 0, 0, None, None, None))
-            self._computed: dict[str, Any] = store.cases()[self._digest]["reference"] or {}
+            self._results = store.results(self._digest)
 
     def run(self, plan: ExperimentPlan, jobs: int, progress: Callable[[int, int], object]) -> None:
         """Run what is missing, and choose the plan's runs; `progress` gets how many of how many are finished."""
@@ -135,12 +134,11 @@ class Records:
 
     def computed(self, name: str, work: Callable[[], dict[str, Any]]) -> dict[str, Any]:
         """Return a named result that is not a run (a reference, a certificate, a timing), computing it once."""
-        if name not in self._computed:
+        if name not in self._results:
             with Store(self.folder) as store:
-                store.add_reference(self._digest, name, work())
-                self._computed = store.cases()[self._digest]["reference"] or {}
-        found: dict[str, Any] = self._computed[name]
-        return found
+                store.add_result(self._digest, name, work())
+                self._results = store.results(self._digest)
+        return self._results[name]
 
     def runs(self, label: str, group: str) -> list[Row]:
         """Return the finished runs of one row of one group, by seed."""

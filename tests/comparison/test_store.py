@@ -124,6 +124,16 @@ def test_a_file_that_another_process_has_just_made_is_not_made_again(
         assert len(store.rows()) == 1
 
 
+def test_a_named_result_is_kept_by_case_and_the_newest_counts(tmp_path: Path) -> None:
+    with filled(tmp_path) as store:
+        store.add_result("case", "bound", {"lower": 1.0, "upper": float("inf")})
+        store.add_result("case", "bound", {"lower": 2.0, "upper": float("nan")})
+        store.add_result("other", "bound", {})
+    with Store(tmp_path) as store:
+        assert store.results("case") == {"bound": {"lower": 2.0, "upper": None}}
+        assert store.results("neither") == {}
+
+
 def test_details_that_are_no_table_are_refused(tmp_path: Path) -> None:
     with filled(tmp_path) as store:
         store._connection.execute("UPDATE histories SET details = '[1]'")

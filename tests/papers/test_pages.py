@@ -166,14 +166,15 @@ def test_the_command_on_a_page_is_the_one_to_type() -> None:
 def test_every_paper_runs_from_end_to_end_and_resumes(
     key: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    from ocp_traj.case import task_digest
     from ocp_traj.cli.main import run
 
     arguments = ["papers", key, "--reduced", "--seeds", "2", "--output", str(tmp_path)]
     assert run(arguments) == 0
-    stem = get_paper(key).stem
+    stem, digest = get_paper(key).stem, task_digest(get_paper(key).task())
     text = (tmp_path / f"{stem}.md").read_text(encoding="utf-8")
     with Store(tmp_path / "records" / f"{stem}-reduced") as store:
-        kept = store.table(), store.cases()
+        kept = store.table(), store.results(digest)
     for sentence in get_paper(key).stand_ins:
         assert sentence in text
     for picture in [line.split("](")[1].rstrip(")") for line in text.splitlines() if line.startswith("![")]:
@@ -181,4 +182,4 @@ def test_every_paper_runs_from_end_to_end_and_resumes(
     capsys.readouterr()
     assert run(arguments) == 0
     with Store(tmp_path / "records" / f"{stem}-reduced") as store:
-        assert (store.table(), store.cases()) == kept
+        assert (store.table(), store.results(digest)) == kept

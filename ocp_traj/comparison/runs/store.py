@@ -58,7 +58,12 @@ CREATE TABLE problems (
 ) WITHOUT ROWID;
 """
 
-_VERSION_3 = "ALTER TABLE histories ADD COLUMN details TEXT NOT NULL DEFAULT '{}'"
+_VERSION_3 = """
+ALTER TABLE histories ADD COLUMN details TEXT NOT NULL DEFAULT '{}';
+CREATE TABLE results (
+    case_digest TEXT NOT NULL, name TEXT NOT NULL, value TEXT NOT NULL, PRIMARY KEY (case_digest, name)
+) WITHOUT ROWID;
+"""
 
 MIGRATIONS = (_VERSION_1, _VERSION_2, _VERSION_3)
 """Step k brings a file from schema version k to k + 1; a new version is a new step, old ones never change."""
@@ -238,6 +243,19 @@ class Store:
             self._connection.execute(
                 "UPDATE cases SET reference = ? WHERE digest = ?", (json.dumps(reference), digest)
             )
+
+    def add_result(self, digest: str, name: str, value: dict[str, Any]) -> None:
+        """Store a named result on a case that is neither a run nor a reference; the newest of a name counts."""
+        with self._transaction():
+            self._connection.execute(
+                "INSERT OR REPLACE INTO results VALUES (?, ?, ?)", (digest, name, json.dumps(finite(value)))
+            )
+
+    def results(self, digest: str) -> dict[str, dict[str, Any]]:
+        """Return the named results on a case."""
+        with self._reading():
+            rows = self._connection.execute("SELECT name, value FROM results WHERE case_digest = ?", (digest,))
+            return {name: load_object(value) for name, value in rows}
 
     def cases(self) -> dict[str, dict[str, Any]]:
         """Return name, choice and reference (or None) of every case, by digest."""
