@@ -1,4 +1,4 @@
-"""``ocp-traj papers``: four published papers run again, with a page each and one summary."""
+"""``ocp-traj papers``: four published papers run again, with one page each and one summary."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ocp_traj.cli.output import console_for
 @click.command(name="papers")
 @click.argument("letters", nargs=-1, metavar="[A] [B] [C] [D]")
 @click.option(
-    "--seeds", type=click.IntRange(min=1), default=20, show_default=True, metavar="N", help="Runs a method."
+    "--seeds", type=click.IntRange(min=1), default=20, show_default=True, metavar="N", help="Runs per method."
 )
 @click.option(
     "--reduced", is_flag=True, help="Tiny budgets, to test the machinery: the numbers mean nothing."
@@ -31,8 +31,8 @@ from ocp_traj.cli.output import console_for
 def run_papers(letters: tuple[str, ...], seeds: int, reduced: bool, jobs: int, output: str) -> int:
     """Run the papers A to D again and hold them to their word.
 
-    Writes a page a paper, their figures and a summary into DIR. What is finished is kept in DIR/records; the same
-    command again does only what is missing.
+    Writes one page per paper, its pictures and a summary into DIR. What is finished is kept in DIR/records, one
+    comparison per paper; the same command again does only what is missing.
     """
     from ocp_traj.papers.reproduce import reproduce
 

@@ -1,4 +1,4 @@
-"""Four published papers, run again and held to their word. A new one is a file and one line here."""
+"""Four published papers, run again and held to their word. A new one is a folder and one line here."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from ocp_traj.exceptions import UnknownNameError
 from ocp_traj.papers.paper import Paper
 
 PAPERS = {
-    "A": "ocp_traj.papers.paper_a:PaperA",
-    "B": "ocp_traj.papers.paper_b:PaperB",
-    "C": "ocp_traj.papers.paper_c:PaperC",
-    "D": "ocp_traj.papers.paper_d:PaperD",
+    "A": "ocp_traj.papers.measurement_control_2023.experiment:MeasurementControl2023",
+    "B": "ocp_traj.papers.ma_2024.experiment:Ma2024",
+    "C": "ocp_traj.papers.zhang_2022.experiment:Zhang2022",
+    "D": "ocp_traj.papers.zhu_wang.experiment:ZhuWang",
 }
 
 

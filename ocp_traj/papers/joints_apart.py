@@ -5,15 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.comparison.report.document import Table
 from ocp_traj.papers.experiments import PUBLISHED_PROTOCOL
 from ocp_traj.papers.measures import number, spread_of
 from ocp_traj.papers.motions import certified_optimum, joint_optima
-from ocp_traj.papers.paper import Paper, Table
+from ocp_traj.papers.paper import Paper, table_of
 from ocp_traj.papers.records import Records
 
 
 def totals(paper: Paper, records: Records) -> dict[str, Array]:
-    """Return every method's synchronised totals, s, one a seed, whether or not the motion keeps the limits."""
+    """Return every method's synchronised totals, s, one per seed, whether or not the motion keeps the limits."""
     return {label: records.raw(label, "duration", PUBLISHED_PROTOCOL) for label in paper.protocol.labels}
 
 
@@ -24,16 +25,16 @@ def joints_table(paper: Paper, records: Records, note: str = "") -> Table:
     for label in paper.protocol.labels:
         header += [f"{label}, s", f"{label}, generations"]
     rows = []
-    for joint, found in joint_optima(paper, records).items():
+    for joint, found in joint_optima(paper.task(), records).items():
         cells = [f"{joint}", number(found["upper"]), found["message"]]
         for label in paper.protocol.labels:
             cells.append(spread_of(records.part(label, joint, "cost", PUBLISHED_PROTOCOL)))
             cells.append(spread_of(records.part(label, joint, "generations", PUBLISHED_PROTOCOL), 0))
-        rows.append(tuple(cells))
-    return Table(
+        rows.append(cells)
+    return table_of(
         "Every joint alone",
-        tuple(header),
-        tuple(rows),
+        header,
+        rows,
         "Medians and quartiles over seeds; generations until within 0.1 % of the run's final best. The methods "
         f"search durations from {shortest:g} s on; the optimum has no such bound, so where a joint may pass a gap in "
         f"no time at all it is shorter by up to {shortest:g} s a gap, and has no proof.{note}",
@@ -45,14 +46,15 @@ def segments_table(paper: Paper, records: Records, printed: list[float] | None =
     shared = certified_optimum(paper.task(), records)["durations"]
     rows = [] if printed is None else [_segments_row("printed", printed)]
     for label in paper.protocol.labels:
-        runs = [row["segments"] for row in records.runs(label, PUBLISHED_PROTOCOL)]
+        rows_found = [row.record.details for row in records.runs(label, PUBLISHED_PROTOCOL)]
+        runs = [details["segments"] for details in rows_found if details.get("segments")]
         if runs:
             best = min(runs, key=sum)
             rows.append(_segments_row(f"{label}, shortest of {len(runs)} runs", best))
     rows.append(_segments_row("shared by all joints, least feasible", shared))
     header = ("motion", *(f"segment {gap + 1}, s" for gap in range(len(shared))), "total, s")
-    return Table(
-        "Durations of the segments", header, tuple(rows), "The largest over the joints that move in it."
+    return table_of(
+        "Durations of the segments", header, rows, "The largest over the joints that move in it."
     )
 
 

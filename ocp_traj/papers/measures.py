@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.comparison.report.statistics import compare_pairs, friedman
+from ocp_traj.comparison.report.statistics import compare_pairs, friedman, quartiles
 from ocp_traj.papers.paper import Claim
 
 SIGNIFICANT = 0.05
@@ -26,14 +26,6 @@ def with_unit(value: float, unit: str) -> str:
     if np.isinf(value):
         return number(value)
     return f"{number(value, 0 if unit == 'generations' else 4)} {unit}".rstrip()
-
-
-def quartiles(values: Array) -> tuple[float, float, float]:
-    """Return lower quartile, median and upper quartile without averaging with infinity."""
-    if not len(values):
-        return np.nan, np.nan, np.nan
-    low, middle, high = np.quantile(values, [0.25, 0.5, 0.75], method="inverted_cdf")
-    return float(low), float(middle), float(high)
 
 
 def spread_of(values: Array, digits: int = 4) -> str:

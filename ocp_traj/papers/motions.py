@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ocp_traj.papers.paper import AuditedMotion, Claim, Paper
+from ocp_traj.papers.paper import AuditedMotion, Claim
 from ocp_traj.papers.records import Records
+from ocp_traj.pictures.motion import path_length, tool_path
 
 if TYPE_CHECKING:
     from ocp_traj.task import TrajectoryTask
 
+SHARED_GAP = 1e-3
+"""To what the optimum with durations shared by all joints is proved, relative."""
+
 JOINT_GAP = 0.02
-"""To what the optimum of one joint alone is proved; the best found is much closer."""
+"""To what the optimum of one joint alone is proved, relative; the best found is much closer."""
+
+PATH_SAMPLES = 2000
+"""Points of the tool's path whose distances are summed."""
 
 
 def audit_durations(task: TrajectoryTask, words: str, durations: list[float]) -> AuditedMotion:
@@ -34,60 +42,59 @@ def audit_durations(task: TrajectoryTask, words: str, durations: list[float]) ->
     )
 
 
-def reference_numbers(paper: Paper, records: Records) -> dict[str, Any]:
+def reference_numbers(task: TrajectoryTask, records: Records) -> dict[str, Any]:
     """Return TOPP-RA, convex and bound of the case, computed once."""
-    from ocp_traj.case import task_digest
     from ocp_traj.references import references
 
-    task = paper.task()
-    return records.computed("references", lambda: references(task), task_digest(task))
+    return records.computed("references", lambda: references(task))
 
 
-def certified_optimum(task: TrajectoryTask, records: Records, gap: float = 1e-3) -> dict[str, Any]:
-    """Return the best duration of a task's family, proved to a relative `gap`, computed once."""
-    from ocp_traj.case import task_digest
-    from ocp_traj.references import certify
-
-    def work() -> dict[str, Any]:
-        found = certify(task, gap=gap)
-        return {
-            "lower": found.lower,
-            "upper": found.upper,
-            "message": found.message,
-            "durations": found.durations.tolist(),
-        }
-
-    return records.computed(f"certificate {gap:g}", work, task_digest(task))
+def certified_optimum(task: TrajectoryTask, records: Records) -> dict[str, Any]:
+    """Return the best duration of a task's family, proved to `SHARED_GAP`, computed once."""
+    return records.computed("certificate", lambda: _prove(task, SHARED_GAP))
 
 
-def joint_optima(paper: Paper, records: Records) -> dict[int, dict[str, Any]]:
+def joint_optima(task: TrajectoryTask, records: Records) -> dict[int, dict[str, Any]]:
     """Return the optimum of every moving joint (from 1) alone, proved to `JOINT_GAP` where it moves in all gaps."""
     from ocp_traj.solvers.per_joint import joint_task
 
-    task = paper.task()
     moving = np.flatnonzero(np.ptp(task.waypoints, axis=0) > 0).tolist()
-    return {joint + 1: certified_optimum(joint_task(task, joint), records, JOINT_GAP) for joint in moving}
+    return {
+        joint + 1: records.computed(
+            f"certificate, joint {joint + 1}", partial(_prove, joint_task(task, joint), JOINT_GAP)
+        )
+        for joint in moving
+    }
 
 
-def synchronised_optima(paper: Paper, optima: dict[int, dict[str, Any]]) -> list[float]:
+def _prove(task: TrajectoryTask, gap: float) -> dict[str, Any]:
+    from ocp_traj.references import certify
+
+    found = certify(task, gap=gap)
+    return {
+        "lower": found.lower,
+        "upper": found.upper,
+        "message": found.message,
+        "durations": found.durations.tolist(),
+    }
+
+
+def synchronised_optima(task: TrajectoryTask, optima: dict[int, dict[str, Any]]) -> list[float]:
     """Return the largest duration per gap over the joints that move in it, from each joint's own optimum."""
     from ocp_traj.solvers.per_joint import synchronise
 
-    task = paper.task()
     durations = np.zeros((task.n, task.gaps))
     for joint, found in optima.items():
         durations[joint - 1] = found["durations"]
     return [float(h) for h in synchronise(task, durations)]
 
 
-def path_length(task: TrajectoryTask, durations: list[float]) -> float:
+def travelled(task: TrajectoryTask, durations: list[float]) -> float:
     """Return the length of the tool's path, m, of the motion with these durations."""
     from ocp_traj.transcription import trajectory_from_durations
 
-    assert task.robot is not None
-    robot, motion = task.robot, trajectory_from_durations(task, durations)
-    points = np.stack([robot.pose(q)[:3, 3] for q in motion(np.linspace(0, motion.duration, 2000))])
-    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+    motion = trajectory_from_durations(task, durations)
+    return path_length(tool_path(task, motion, np.linspace(0, motion.duration, PATH_SAMPLES)))
 
 
 def claim_smooth(task: TrajectoryTask, durations: list[float], source: str) -> Claim:

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import re
+from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ocp_traj.comparison.report.document import Document, Section, Table, to_markdown
 from ocp_traj.papers.measures import number
-from ocp_traj.papers.method_table import markdown_table, method_table
+from ocp_traj.papers.methods import method_section
 from ocp_traj.papers.motions import certified_optimum, reference_numbers
-from ocp_traj.papers.paper import MEASURED_SEEDS, Claim, Paper
+from ocp_traj.papers.paper import MEASURED_SEEDS, AuditedMotion, Claim, Paper, table_of
 from ocp_traj.papers.records import Records
+from ocp_traj.pictures.matplotlib_ import save_picture
 
 if TYPE_CHECKING:
     from ocp_traj.task import TrajectoryTask
@@ -20,6 +24,10 @@ if TYPE_CHECKING:
 SAME_POSITION = 1e-6
 """Joint positions closer than this are the same, rad."""
 
+SCREEN_DPI, SMALL_DPI = 100, 66
+"""Dots per inch of a page's pictures, and of those with more panels than `FEW_PANELS`."""
+
+FEW_PANELS = 4
 
 JUDGING = (
     "Orders are judged by Friedman's test and Wilcoxon's signed ranks with Holm's correction over the seeds, single "
@@ -28,75 +36,86 @@ JUDGING = (
 
 
 def write_page(paper: Paper, records: Records, folder: Path, command: str, reduced: bool) -> Path:
-    """Write one paper's page and figures into a folder; return the page's path."""
-    path = folder / f"paper-{paper.key.lower()}.md"
+    """Write one paper's page and pictures into a folder; return the page's path."""
+    path = folder / f"{paper.stem}.md"
     folder.mkdir(parents=True, exist_ok=True)
-    path.write_text("\n".join(_page(paper, records, folder, command, reduced)) + "\n", encoding="utf-8")
+    path.write_text(to_markdown(_page(paper, records, folder, command, reduced)), encoding="utf-8")
     return path
 
 
-def _page(paper: Paper, records: Records, folder: Path, command: str, reduced: bool) -> Iterator[str]:
-    yield from (f"# Paper {paper.key}: {paper.title}", "", f"{paper.reference}. {paper.summary}", "")
-    yield from ("## What came out", "", *(f"- {sentence}" for sentence in paper.story(records)), "")
-    yield from made_by(command, reduced)
+def _page(paper: Paper, records: Records, folder: Path, command: str, reduced: bool) -> Document:
     experiments = paper.experiments(reduced)
-    yield from (*seeds_of([len(records.runs(e.label, e.group)) for e in experiments if not e.once]), "")
-    yield from _case(paper)
-    yield from ("## Readings and stand-ins", "", *(f"- {sentence}" for sentence in paper.stand_ins), "")
-    for group in dict.fromkeys(experiment.group for experiment in experiments):
-        yield from method_table(
-            paper, records, group, [entry for entry in experiments if entry.group == group]
-        )
-    yield from _references(paper, records)
-    yield from _audited(paper, records)
-    for table in paper.tables(records):
-        yield from (f"## {table.title}", "", *markdown_table(table.header, table.rows), "")
-        if table.note:
-            yield from (table.note, "")
-    yield from _figures(paper, records, folder)
-    yield from ("## What the paper claims", "", *claims_table(paper.claims(records)), "", JUDGING, "")
+    counts = [len(records.runs(entry.label, entry.group)) for entry in experiments if not entry.once]
+    groups = dict.fromkeys(entry.group for entry in experiments)
+    sections = [
+        Section(
+            "", "What came out", (_bullets(paper.story(records)), *made_by(command, reduced), seeds_of(counts))
+        ),
+        _case(paper),
+        Section("", "Readings and stand-ins", (_bullets(paper.stand_ins),)),
+        *(
+            method_section(paper, records, group, [entry for entry in experiments if entry.group == group])
+            for group in groups
+        ),
+        _headed(_references(paper.task(), records)),
+        *(_headed(_audited(motions)) for motions in (paper.audited(records),) if motions),
+        *(_headed(table) for table in paper.tables(records)),
+        Section("", "Figures", _figures(paper, records, folder)),
+        _headed(claims_table(paper.claims(records))),
+    ]
+    return Document(paper.heading, f"{paper.reference}. {paper.summary}", (), tuple(sections))
+
+
+def _headed(table: Table) -> Section:
+    """Return a section of one table, whose caption becomes the heading."""
+    return Section("", table.caption, tables=(Table("", table.columns, table.rows, table.note),))
+
+
+def _bullets(sentences: Sequence[str]) -> str:
+    return "\n".join(f"- {sentence}" for sentence in sentences)
 
 
 def made_by(command: str, reduced: bool) -> list[str]:
-    """Return the sentence that says where a page comes from."""
-    lines = [f"Every number below was computed by `{command}`.", ""]
-    if reduced:
-        lines = ["**Reduced budgets, made to test the machinery: the numbers mean nothing.**", "", *lines]
-    return lines
+    """Return the sentences that say where a page comes from."""
+    warning = "**Reduced budgets, made to test the machinery: the numbers mean nothing.**"
+    return [*((warning,) if reduced else ()), f"Every number below was computed by `{command}`."]
 
 
-def seeds_of(counts: Sequence[int]) -> list[str]:
+def seeds_of(counts: Sequence[int]) -> str:
     """Return the sentence that says how many runs of every method there are."""
     least, most = min(counts, default=0), max(counts, default=0)
     if most < MEASURED_SEEDS:
         words = f"{least} runs" if least == most else f"{least} to {most} runs"
-        return [f"**{words} of a method only: medians are rough, and tests can hardly prove a difference.**"]
+        return f"**{words} of a method only: medians are rough, and tests can hardly prove a difference.**"
     if least == most:
-        return [f"{most} runs of every method, one a seed; what runs once says so."]
-    return [
+        return f"{most} runs of every method, one a seed; what runs once says so."
+    return (
         f"{most} runs of a method, one a seed; what has fewer, down to {least}, or runs once says so and is not ranked."
-    ]
+    )
 
 
-def claims_table(claims: Sequence[Claim]) -> list[str]:
+def claims_table(claims: Sequence[Claim]) -> Table:
     """Return the table of claims."""
-    rows = [(claim.sentence, claim.source, claim.measured, f"**{claim.verdict}**") for claim in claims]
-    return markdown_table(("the paper claims", "where", "we measured", "verdict"), rows)
+    return table_of(
+        "What the paper claims",
+        ("the paper claims", "where", "we measured", "verdict"),
+        [(claim.sentence, claim.source, claim.measured, f"**{claim.verdict}**") for claim in claims],
+        JUDGING,
+    )
 
 
-def _case(paper: Paper) -> Iterator[str]:
+def _case(paper: Paper) -> Section:
     task = paper.task()
     degrees = np.rad2deg(task.waypoints)
-    yield from ("## The case", "", f"`{paper.case}`: {task.title}. Source: {task.source}.", "")
     rows = [[f"{k + 1}", *(f"{value:.3f}" for value in point)] for k, point in enumerate(degrees)]
     header = ["waypoint", *(f"joint {joint + 1}, deg" for joint in range(task.n))]
     for name, unit in (("velocity", "deg/s"), ("acceleration", "deg/s²"), ("jerk", "deg/s³")):
         limits = task.limits.get(name)[0, 1]
         if np.isfinite(limits).any():
             rows.append([f"limit of {name}, {unit}", *(f"{np.rad2deg(value):.4g}" for value in limits)])
-    yield from (*markdown_table(header, rows), "")
-    if task.robot is not None:
-        yield from (_closure(task), "")
+    closure = "" if task.robot is None else _closure(task)
+    source = f"`{paper.case}`: {task.title}. Source: {task.source}."
+    return Section("", "The case", (source,), (table_of("", header, rows, closure),))
 
 
 def _closure(task: TrajectoryTask) -> str:
@@ -132,39 +151,28 @@ def _closure(task: TrajectoryTask) -> str:
     return words + "."
 
 
-def _references(paper: Paper, records: Records) -> Iterator[str]:
-    found = reference_numbers(paper, records)
+def _references(task: TrajectoryTask, records: Records) -> Table:
+    found, proved = reference_numbers(task, records), certified_optimum(task, records)
     bound = found["kinematic_bound"]
     rows = [
-        (
-            "no C1 motion within the velocity and acceleration limits is shorter (certified)",
-            number(bound["lower"]),
-        ),
-        ("the same, best found", number(bound["estimate"])),
-        *((f"TOPP-RA, {path} path parameter", number(value)) for path, value in found["toppra"].items()),
-        *(
-            (f"convex path tracking, {path} path parameter", number(value))
-            for path, value in found["convex"].items()
-        ),
+        ("no C1 motion within the velocity and acceleration limits is shorter (certified)", bound["lower"]),
+        ("the same, best found", bound["estimate"]),
+        *((f"TOPP-RA, {path} path parameter", value) for path, value in found["toppra"].items()),
+        *((f"convex path tracking, {path} path parameter", value) for path, value in found["convex"].items()),
     ]
-    proved = certified_optimum(paper.task(), records)
     if proved["lower"] is not None:
         rows += [
-            (
-                "no motion of the paper's curve within its limits is shorter (certified)",
-                number(proved["lower"]),
-            ),
-            ("the same, reached", number(proved["upper"])),
+            ("no motion of the paper's curve within its limits is shorter (certified)", proved["lower"]),
+            ("the same, reached", proved["upper"]),
         ]
-    yield from ("## References", "", *markdown_table(("reference", "duration, s"), rows), "")
-    if proved["lower"] is None:
-        yield from (f"No certified optimum of the paper's curve: {proved['message']}.", "")
+        note = ""
+    else:
+        note = f"No certified optimum of the paper's curve: {proved['message']}."
+    numbers = [(words, number(value)) for words, value in rows]
+    return table_of("References", ("reference", "duration, s"), numbers, note)
 
 
-def _audited(paper: Paper, records: Records) -> Iterator[str]:
-    motions = paper.audited(records)
-    if not motions:
-        return
+def _audited(motions: Sequence[AuditedMotion]) -> Table:
     rows = [
         (
             motion.words,
@@ -177,52 +185,39 @@ def _audited(paper: Paper, records: Records) -> Iterator[str]:
         for motion in motions
     ]
     header = ("motion", "duration, s", "verdict", "worst ratio", "smallest feasible slowing", "finding")
-    yield from ("## Reported motions before the judge", "", *markdown_table(header, rows), "")
+    return table_of("Reported motions before the judge", header, rows)
 
 
-def _figures(paper: Paper, records: Records, folder: Path) -> Iterator[str]:
-    yield from ("## Figures", "")
-    for figure in paper.figures(records, folder):
-        if figure.file:
-            yield from (
-                f"![Fig. {figure.number}]({figure.file})",
-                "",
-                f"Fig. {figure.number}: {figure.caption}",
-                "",
-            )
+def _figures(paper: Paper, records: Records, folder: Path) -> tuple[str, ...]:
+    """Save the pictures; return the lines that show them."""
+    shown: list[str] = []
+    for figure in paper.figures(records):
+        if isinstance(figure, str):
+            shown.append(figure)
         else:
-            yield from (f"Fig. {figure.number}, {figure.caption}: not regenerated, {figure.impossible}.", "")
+            file = f"{paper.stem}-{figure.name}.png"
+            save_picture(figure, folder / file, SCREEN_DPI if len(figure.panels) <= FEW_PANELS else SMALL_DPI)
+            shown += [f"![{figure.title}]({file})", f"{figure.title}: {figure.caption}"]
+    return tuple(shown)
 
 
 def write_summary(pages: Sequence[tuple[Paper, Records]], folder: Path, command: str, reduced: bool) -> Path:
     """Write the page that sums all papers up; return its path."""
     path = folder / "index.md"
-    lines = ["# Four papers, run again", "", *made_by(command, reduced)]
-    lines += [
-        "```{toctree}",
-        ":maxdepth: 1",
-        "",
-        *(f"paper-{paper.key.lower()}" for paper, _ in pages),
-        "```",
-        "",
-    ]
-    for paper, records in pages:
-        claims = paper.claims(records)
-        lines += [
-            f"## Paper {paper.key}: {paper.title}",
-            "",
-            *(f"- {sentence}" for sentence in paper.story(records)),
-            "",
-            f"Of {len(claims)} claims and remarks: {_count(claims)}. [All of them](paper-{paper.key.lower()}.md)",
-            "",
-        ]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    names = "\n".join(paper.stem for paper, _ in pages)
+    top = [*made_by(command, reduced), f"```{{toctree}}\n:maxdepth: 1\n\n{names}\n```"]
+    sections = [_summary(paper, records) for paper, records in pages]
+    document = Document("Four papers, run again", "\n\n".join(top), (), tuple(sections))
+    path.write_text(to_markdown(document), encoding="utf-8")
     return path
 
 
+def _summary(paper: Paper, records: Records) -> Section:
+    claims = paper.claims(records)
+    counted = f"Of {len(claims)} claims and remarks: {_count(claims)}. [All of them]({paper.stem}.md)"
+    return Section("", paper.heading, (_bullets(paper.story(records)), counted))
+
+
 def _count(claims: Sequence[Claim]) -> str:
-    words: dict[str, int] = {}
-    for claim in claims:
-        first = claim.verdict.split(":")[0].split(";")[0].split(",")[0]
-        words[first] = words.get(first, 0) + 1
-    return ", ".join(f"{count} × {word}" for word, count in words.items())
+    verdicts = Counter(re.split("[:;,]", claim.verdict)[0] for claim in claims)
+    return ", ".join(f"{count} × {word}" for word, count in verdicts.items())

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import functools
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
+from ocp_traj.comparison.report.document import Table, text
 from ocp_traj.papers.experiments import Experiment, Protocol
+from ocp_traj.papers.records import Records
+from ocp_traj.pictures.picture import Picture
 
 if TYPE_CHECKING:
-    from ocp_traj.papers.records import Records
     from ocp_traj.task import TrajectoryTask
 
 
@@ -38,16 +40,6 @@ class Claim:
 
 
 @dataclass(frozen=True)
-class Figure:
-    """A regenerated figure: file name below the page, caption; or the reason why it cannot be made."""
-
-    number: str
-    caption: str
-    file: str = ""
-    impossible: str = ""
-
-
-@dataclass(frozen=True)
 class AuditedMotion:
     """A motion the paper reports, judged: words, duration and findings."""
 
@@ -59,22 +51,21 @@ class AuditedMotion:
     smallest_feasible_scale: float | None
 
 
-@dataclass(frozen=True)
-class Table:
-    """A further table of a page: title, header and rows of text, and a sentence below it."""
-
-    title: str
-    header: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    note: str = ""
+def table_of(
+    caption: str, columns: Sequence[str], rows: Sequence[Sequence[str]], note: str = ""
+) -> Table:
+    """Return a table of texts; on a page its caption is the heading of its section."""
+    cells = tuple(tuple(text(cell) for cell in row) for row in rows)
+    return Table(caption, tuple(columns), cells, note)
 
 
 class Paper(ABC):
-    """One of the four papers; a subclass a paper.
+    """One of the four papers; one subclass per paper.
 
     Attributes
     ----------
-    key, title, reference : str
+    key, name, title, reference : str
+        Letter, author and year, and what else a reader finds the paper by.
     summary : str
         What the paper does, in two or three sentences.
     case : str
@@ -83,21 +74,32 @@ class Paper(ABC):
         What it ran, and what is run beside it.
     minimised : str
         ``"duration"`` or ``"energy"``: the column tables are about.
-    runs : int
+    best_of : int
         Of how many runs the paper reports the best or the mean; our best is taken of the same number.
     stand_ins : tuple of str
         Numbers that were lost or never printed, and what stands in for them.
     """
 
     key: ClassVar[str]
+    name: ClassVar[str]
     title: ClassVar[str]
     reference: ClassVar[str]
     summary: ClassVar[str]
     case: ClassVar[str]
     protocol: ClassVar[Protocol]
     minimised: ClassVar[str] = "duration"
-    runs: ClassVar[int] = 20
+    best_of: ClassVar[int] = 20
     stand_ins: ClassVar[tuple[str, ...]]
+
+    @property
+    def stem(self) -> str:
+        """Name of the page's file and beginning of its pictures' names, for instance ``ma-2024``."""
+        return "-".join(word for word in self.name.lower().split() if word not in ("et", "al.", "and"))
+
+    @property
+    def heading(self) -> str:
+        """Author, year, letter and title."""
+        return f"{self.name} (paper {self.key}): {self.title}"
 
     def task(self, overrides: tuple[str, ...] = ()) -> TrajectoryTask:
         """Return the paper's task."""
@@ -116,8 +118,8 @@ class Paper(ABC):
         """Return every claim with what the records say."""
 
     @abstractmethod
-    def figures(self, records: Records, folder: Path) -> list[Figure]:
-        """Draw the figures into `folder`."""
+    def figures(self, records: Records) -> list[Picture | str]:
+        """Return the pictures that redo the paper's figures, and a sentence for each figure that cannot be redone."""
 
     def audited(self, records: Records) -> list[AuditedMotion]:
         """Return the judged motions the paper reports (none unless it prints durations)."""

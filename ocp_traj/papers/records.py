@@ -1,242 +1,176 @@
-"""Runs of a paper's experiments, kept line by line so that nothing finished is run again."""
+"""Runs of a case's experiments and further results on it, kept in the library's store: nothing finished runs again."""
 
 from __future__ import annotations
 
-import hashlib
-import json
-import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.comparison.runs.compare import Progress, compare, identify_case
+from ocp_traj.comparison.runs.plan import CaseChoice, Plan, RunSpec
+from ocp_traj.comparison.runs.store import Row, Store
 from ocp_traj.papers.experiments import PUBLISHED_PROTOCOL, Experiment
-from ocp_traj.papers.paper import Paper
+from ocp_traj.papers.runner import RUNNER
 
-if TYPE_CHECKING:
-    from metaheuristics import History, Solution
-    from ocp_traj.solving import SolveResult
-    from ocp_traj.task import TrajectoryTask
+JUDGED_NUMBERS = ("duration", "energy", "objective")
+"""Numbers that count only where the audit accepts the motion."""
 
-THINNED = 120
-"""Most points of a kept history after its first `DENSE` ones, which are all kept."""
 
-DENSE = 40
+@dataclass(frozen=True)
+class ExperimentPlan(Plan):
+    """A plan of chosen runs instead of a product: every experiment has its own budget, and seeds are 0, 1, 2 ...
+
+    Parameters
+    ----------
+    experiments : tuple of Experiment
+        On one case, those of the paper's own protocol first.
+    """
+
+    experiments: tuple[Experiment, ...] = ()
+
+    @property
+    def size(self) -> int:
+        """Number of runs."""
+        return len(self._chosen())
+
+    def _chosen(self) -> list[tuple[Experiment, int]]:
+        """Return every run, seeds outermost, those of the paper's own protocol first."""
+        runs = [
+            (experiment, seed)
+            for seed in range(self.seeds)
+            for experiment in self.experiments
+            if seed == 0 or not experiment.once
+        ]
+        return sorted(runs, key=lambda run: run[0].group != PUBLISHED_PROTOCOL)
+
+    def runs(self, identify: Callable[[CaseChoice], tuple[str, str]]) -> tuple[RunSpec, ...]:
+        """Return every run, see `Plan.runs`."""
+        return tuple(spec for _, spec in self.specifications(identify))
+
+    def specifications(
+        self, identify: Callable[[CaseChoice], tuple[str, str]]
+    ) -> list[tuple[Experiment, RunSpec]]:
+        """Return every run beside its experiment."""
+        known = {choice: identify(choice) for choice in self.cases}
+        (case,) = {choice.case for choice in self.cases}
+        return [
+            (
+                experiment,
+                RunSpec(
+                    case, experiment.overrides, *known[CaseChoice(case, experiment.overrides)], experiment.solver,
+                    seed, seed, experiment.budget, self.time_limit, self.memory_limit, self.runner,
+                ),
+            )
+            for experiment, seed in self._chosen()
+        ]  # fmt: skip
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the plan as plain JSON values, as any plan is stored: without the choice among its runs."""
+        values = super().to_json()
+        del values["experiments"]
+        return values
+
+
+def plan_experiments(case: str, experiments: Sequence[Experiment], seeds: int) -> ExperimentPlan:
+    """Return the plan of a case's experiments, each with `seeds` seeds; nothing limits time or memory."""
+    return ExperimentPlan(
+        tuple(CaseChoice(case, overrides) for overrides in dict.fromkeys(e.overrides for e in experiments)),
+        tuple(dict.fromkeys(e.solver for e in experiments)),
+        seeds,
+        budgets=tuple(dict.fromkeys(e.budget for e in experiments)),
+        time_limit=None,
+        memory_limit=None,
+        references=False,
+        runner=RUNNER,
+        experiments=tuple(experiments),
+    )
 
 
 class Records:
-    """Finished runs of one paper, in a JSON-lines file.
+    """Finished runs and further results of one case.
 
-    A line that was cut off by a killed process is dropped; everything before it counts.
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Of the store; created where it is not there.
+    case : str
+        Name of the packaged case.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written, or holds a damaged store.
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._rows: dict[str, dict[str, Any]] = {}
-        self._chosen: dict[tuple[str, str], list[str]] = {}
-        self._cut_off = False
-        if path.exists():
-            text = path.read_text(encoding="utf-8")
-            self._cut_off = bool(text) and not text.endswith("\n")
-            for line in text.splitlines():
-                try:
-                    row = json.loads(line)
-                except json.JSONDecodeError:
-                    continue
-                self._rows[row["key"]] = row
+    def __init__(self, folder: Path, case: str) -> None:
+        self.folder = folder
+        self.case = case
+        self._rows: dict[tuple[str, str], list[Row]] = {}
+        _, self._digest = identify_case(CaseChoice(case))
+        with Store(folder, create=True) as store:
+            self._results = store.results(self._digest)
 
-    def get(self, key: str) -> dict[str, Any] | None:
-        """Return a finished row."""
-        return self._rows.get(key)
+    def run(self, plan: ExperimentPlan, jobs: int, progress: Callable[[int, int], object]) -> None:
+        """Run what is missing, and choose the plan's runs; `progress` gets how many of how many are finished."""
 
-    def add(self, key: str, row: dict[str, Any]) -> dict[str, Any]:
-        """Keep a row."""
-        row = {"key": key, **row}
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        with self.path.open("a", encoding="utf-8") as file:
-            file.write("\n" * self._cut_off + json.dumps(row, allow_nan=False) + "\n")
-        self._cut_off = False
-        self._rows[key] = row
-        return row
+        def report(state: Progress) -> None:
+            progress(state.finished, state.total)
 
-    def computed(self, name: str, work: Callable[[], dict[str, Any]], digest: str) -> dict[str, Any]:
+        compare(plan, self.folder, jobs, progress=report)
+        self.choose(plan)
+
+    def choose(self, plan: ExperimentPlan) -> None:
+        """Say which runs the page is about, in the order of seeds; others in the store are left out."""
+        with Store(self.folder) as store:
+            stored = {row.key: row for row in store.rows()}
+        self._rows = {}
+        for experiment, spec in plan.specifications(identify_case):
+            if spec.key in stored:
+                self._rows.setdefault((experiment.group, experiment.label), []).append(stored[spec.key])
+
+    def computed(self, name: str, work: Callable[[], dict[str, Any]]) -> dict[str, Any]:
         """Return a named result that is not a run (a reference, a certificate, a timing), computing it once."""
-        key = _digest(["computed", name, digest])
-        return self.get(key) or self.add(key, {"kind": name, **work()})
+        if name not in self._results:
+            with Store(self.folder) as store:
+                store.add_result(self._digest, name, work())
+                self._results = store.results(self._digest)
+        return self._results[name]
 
-    def choose(self, runs: Iterable[tuple[str, Experiment]]) -> None:
-        """Say which runs the page is about, in the order of seeds; older ones in the file are left out."""
-        self._chosen = {}
-        for key, experiment in runs:
-            self._chosen.setdefault((experiment.group, experiment.label), []).append(key)
-
-    def runs(self, label: str, group: str) -> list[dict[str, Any]]:
+    def runs(self, label: str, group: str) -> list[Row]:
         """Return the finished runs of one row of one group, by seed."""
-        keys = self._chosen.get((group, label), [])
-        return [self._rows[key] for key in keys if key in self._rows]
+        return self._rows.get((group, label), [])
 
     def values(self, label: str, field: str, group: str) -> Array:
-        """Return one number a run; infeasible runs count as infinite for `duration`, `energy`, `objective`."""
-        judged = field in ("duration", "energy", "objective")
-        return np.array(
-            [
-                np.inf if row[field] is None or (judged and not row["feasible"]) else row[field]
-                for row in self.runs(label, group)
-            ],
-            dtype=np.float64,
-        )
+        """Return one number per run; infeasible runs count as infinite for `JUDGED_NUMBERS`."""
+        refused = [field in JUDGED_NUMBERS and not row.record.feasible for row in self.runs(label, group)]
+        return np.where(refused, np.inf, self.raw(label, field, group))
 
     def raw(self, label: str, field: str, group: str) -> Array:
-        """Return one number a run, whatever the audit says; infinite where there is none."""
-        rows = self.runs(label, group)
-        return np.array([np.inf if row[field] is None else row[field] for row in rows], dtype=np.float64)
+        """Return one number per run, whatever the audit says; infinite where there is none."""
+        return _numbers([number_of(row, field) for row in self.runs(label, group)])
+
+    def parts(self, label: str, group: str, joint: int) -> list[dict[str, Any]]:
+        """Return what each run found for one joint (from 1) optimised alone; an empty table where it found nothing."""
+        found = [row.record.details.get("parts", []) for row in self.runs(label, group)]
+        return [next((part for part in parts if part["joint"] == joint), {}) for parts in found]
 
     def part(self, label: str, joint: int, field: str, group: str) -> Array:
-        """Return one number a run of one joint (from 1) optimised alone; infinite where nothing kept the limits."""
-        found = [
-            next(part[field] for part in row["parts"] if part["joint"] == joint)
-            for row in self.runs(label, group)
-        ]
-        return np.array([np.inf if value is None else value for value in found], dtype=np.float64)
+        """Return one number per run of one joint (from 1) optimised alone; infinite where nothing kept the limits."""
+        return _numbers([part.get(field) for part in self.parts(label, group, joint)])
 
 
-def _digest(parts: list[Any]) -> str:
-    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:24]
+def number_of(row: Row, field: str) -> float | None:
+    """Return a number of a run's record or of its details; ``seconds`` are of the wall clock, building included."""
+    record = row.record
+    if field == "seconds":
+        return None if record.solve_time is None else (record.build_time or 0.0) + record.solve_time
+    value: float | None = record.details.get(field) if field in record.details else getattr(record, field, None)
+    return value
 
 
-def experiment_key(paper: Paper, experiment: Experiment, seed: int) -> str:
-    """Return the key of one run: it changes with the task, the solver, the budget and the seed."""
-    from ocp_traj.case import task_digest
-
-    task = paper.task(experiment.overrides)
-    return _digest([task_digest(task), task.search.protocol, experiment.solver, experiment.budget, seed])
-
-
-def run_one(paper: Paper, experiment: Experiment, seed: int) -> dict[str, Any]:
-    """Run one experiment with one seed; `seconds` are of the wall clock, `processor` includes judging."""
-    task = paper.task(experiment.overrides)
-    began = time.process_time()
-    result, parts = _solve(task, experiment, seed)
-    spent = time.process_time() - began
-    audit = result.audit
-    return {
-        "solver": experiment.solver,
-        "seed": seed,
-        "feasible": result.feasible,
-        "status": result.status,
-        "message": result.message,
-        "objective": _number(result.objective),
-        "duration": _number(result.duration),
-        "energy": _number(result.energy),
-        "segments": [float(h) for h in result.segment_durations],
-        "worst": None if audit is None or audit.worst is None else audit.worst.to_json(),
-        "scale": None if audit is None else _number(audit.smallest_feasible_scale),
-        "scaled_by": result.scaled_by,
-        "evaluations": result.solution.evaluations,
-        "seconds": result.solution.build_time + result.solution.solve_time,
-        "processor": spent,
-        "generations": result.solution.history.generations_to_within(1e-3),
-        "history": _course(result.solution.history),
-        "parts": [
-            {
-                "joint": joint + 1,
-                "cost": _number(part.cost) if part.feasible else None,
-                "evaluations": part.evaluations,
-                "seconds": part.solve_time,
-                "generations": part.history.generations_to_within(1e-3),
-                "history": _course(part.history, positions=True),
-            }
-            for joint, part in parts.items()
-        ],
-    }
-
-
-def _solve(
-    task: TrajectoryTask, experiment: Experiment, seed: int
-) -> tuple[SolveResult, dict[int, Solution]]:
-    """Solve; with the per-joint protocol also return each joint's own solution."""
-    from ocp_traj.solvers import Request, parse_solver
-    from ocp_traj.solvers.per_joint import join_joints, search_joints
-    from ocp_traj.solvers.population.population import Population
-    from ocp_traj.solving import judge, solve
-
-    solver = parse_solver(experiment.solver)
-    if task.search.protocol == "per-joint" and isinstance(solver, Population):
-        parts = search_joints(task, Request(seed, experiment.budget), solver)
-        return judge(task, experiment.solver, seed, join_joints(task, parts, solver)), parts
-    return solve(task, experiment.solver, seed=seed, budget=experiment.budget), {}
-
-
-def _course(history: History, positions: bool = False) -> dict[str, Any]:
-    """Return a thinned history for JSON; `positions` keeps the best candidates too."""
-    last = max(len(history) - 1, 0)
-    kept = np.unique(
-        np.concatenate([np.arange(min(DENSE, last + 1)), np.linspace(0, last, THINNED).astype(int)])
-    )
-    kept = kept[: len(history)]
-    course: dict[str, Any] = {
-        "generation": kept.tolist(),
-        "evaluations": [int(history.evaluations[k]) for k in kept],
-        "cost": [_number(float(history.cost[k])) for k in kept],
-        "violation": [_number(float(history.violation[k])) for k in kept],
-    }
-    if positions:
-        course["x"] = [[round(float(value), 6) for value in history.x[k]] for k in kept]
-    return course
-
-
-def _number(value: float | None) -> float | None:
-    return None if value is None or not np.isfinite(value) else float(value)
-
-
-def plan(paper: Paper, seeds: int, reduced: bool) -> list[tuple[Experiment, int]]:
-    """Return every run a page needs, those of the paper's own protocol first."""
-    runs = [
-        (experiment, seed)
-        for seed in range(seeds)
-        for experiment in paper.experiments(reduced)
-        if seed == 0 or not experiment.once
-    ]
-    return sorted(runs, key=lambda run: run[0].group != PUBLISHED_PROTOCOL)
-
-
-def run_missing(
-    paper: Paper,
-    records: Records,
-    seeds: int,
-    reduced: bool,
-    jobs: int,
-    progress: Callable[[int, int], object],
-) -> None:
-    """Run what is not in the records yet; one process writes, `jobs` of them work."""
-    everything = plan(paper, seeds, reduced)
-    keyed = [(experiment_key(paper, experiment, seed), experiment, seed) for experiment, seed in everything]
-    records.choose((key, experiment) for key, experiment, _ in keyed)
-    missing = list({entry[0]: entry for entry in keyed if records.get(entry[0]) is None}.values())
-    done = sum(records.get(key) is not None for key, _, _ in keyed)
-    progress(done, len(everything))
-    for key, row in _execute(paper, missing, jobs):
-        records.add(key, row)
-        done += sum(key == other for other, _, _ in keyed)
-        progress(done, len(everything))
-
-
-def _execute(
-    paper: Paper, missing: list[tuple[str, Experiment, int]], jobs: int
-) -> Iterable[tuple[str, dict[str, Any]]]:
-    if jobs <= 1 or len(missing) <= 1:
-        for key, experiment, seed in missing:
-            yield key, run_one(paper, experiment, seed)
-        return
-    from joblib import Parallel, delayed
-
-    parallel = Parallel(n_jobs=jobs, return_as="generator_unordered")
-    yield from parallel(delayed(_keyed)(paper.key, *entry) for entry in missing)
-
-
-def _keyed(paper_key: str, key: str, experiment: Experiment, seed: int) -> tuple[str, dict[str, Any]]:
-    from ocp_traj.papers import get_paper
-
-    return key, run_one(get_paper(paper_key), experiment, seed)
+def _numbers(values: Sequence[float | None]) -> Array:
+    return np.array([np.inf if value is None else value for value in values], dtype=np.float64)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from ocp_traj.exceptions import InputError
 from ocp_traj.papers import PAPERS, get_paper
 from ocp_traj.papers.page import write_page, write_summary
 from ocp_traj.papers.paper import Paper
-from ocp_traj.papers.records import Records, run_missing
+from ocp_traj.papers.records import Records, plan_experiments
 
 
 def reproduce(
@@ -20,14 +21,14 @@ def reproduce(
     jobs: int = 1,
     progress: Callable[[str, int, int], object] = lambda paper, done, total: None,
 ) -> list[Path]:
-    """Run the papers, write a page each and the summary; return the pages' paths.
+    """Run the papers, write one page each and the summary; return the pages' paths.
 
     Parameters
     ----------
     letters : sequence of str
         Of the papers; none means all.
     folder : pathlib.Path
-        For pages and figures; finished runs are kept in its folder ``records``, reduced ones apart.
+        For pages and pictures; finished runs are kept in its folder ``records``, reduced ones apart.
     seeds : int
         Runs of every method.
     reduced : bool
@@ -46,35 +47,20 @@ def reproduce(
     """
     papers = [get_paper(letter) for letter in dict.fromkeys(letter.upper() for letter in letters or PAPERS)]
     command = command_line([paper.key for paper in papers], seeds, reduced)
-    try:
-        return _write_all(papers, folder, command, seeds, reduced, jobs, progress)
-    except OSError as error:
-        raise InputError(f"cannot write into {folder}: {error.strerror or error}") from None
-
-
-def _write_all(
-    papers: Sequence[Paper],
-    folder: Path,
-    command: str,
-    seeds: int,
-    reduced: bool,
-    jobs: int,
-    progress: Callable[[str, int, int], object],
-) -> list[Path]:
-    (folder / "records").mkdir(parents=True, exist_ok=True)  # before hours of runs that could not be kept
     finished: list[tuple[Paper, Records]] = []
     pages = []
-    for paper in papers:
-        name = f"paper-{paper.key.lower()}{'-reduced' if reduced else ''}.jsonl"
-        records = Records(folder / "records" / name)
-
-        def report(done: int, total: int, key: str = paper.key) -> None:
-            progress(key, done, total)
-
-        run_missing(paper, records, seeds, reduced, jobs, report)
-        pages.append(write_page(paper, records, folder, command, reduced))
-        finished.append((paper, records))
-    return [*pages, write_summary(finished, folder, command, reduced)]
+    try:
+        (folder / "records").mkdir(parents=True, exist_ok=True)  # before hours of runs that could not be kept
+        for paper in papers:
+            name = f"{paper.stem}{'-reduced' if reduced else ''}"
+            records = Records(folder / "records" / name, paper.case)
+            plan = plan_experiments(paper.case, paper.experiments(reduced), seeds)
+            records.run(plan, jobs, partial(progress, paper.key))
+            pages.append(write_page(paper, records, folder, command, reduced))
+            finished.append((paper, records))
+        return [*pages, write_summary(finished, folder, command, reduced)]
+    except OSError as error:
+        raise InputError(f"cannot write into {folder}: {error.strerror or error}") from None
 
 
 def command_line(letters: Sequence[str], seeds: int, reduced: bool) -> str:

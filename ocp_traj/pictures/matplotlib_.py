@@ -26,18 +26,22 @@ _STYLE: Any = {
 }
 
 
-def save_picture(picture: Picture, path: Path) -> None:
-    """Write a picture to a file.
+PRINT_DPI = 200
+"""Dots per inch of a PNG that is to be printed."""
+
+
+def save_picture(picture: Picture, path: Path, dpi: int = PRINT_DPI) -> None:
+    """Write a picture to a file, a PNG with `dpi` dots per inch.
 
     Raises
     ------
     InputError
         The file's ending is none of ``.pdf``, ``.png``, ``.svg``, or the file cannot be written.
     """
-    save_figure(lambda: _draw(picture), path)
+    save_figure(lambda: _draw(picture), path, dpi)
 
 
-def save_figure(make: Callable[[], Any], path: Path) -> None:
+def save_figure(make: Callable[[], Any], path: Path, dpi: int = PRINT_DPI) -> None:
     """Write the Matplotlib figure that `make` returns, in the style of all pictures; raises as `save_picture`."""
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"{path} ends in {path.suffix!r}, expected one of {', '.join(FORMATS)}")
@@ -46,7 +50,7 @@ def save_figure(make: Callable[[], Any], path: Path) -> None:
     with mpl.rc_context(_STYLE):
         figure = make()
         try:
-            figure.savefig(path, dpi=200)
+            figure.savefig(path, dpi=dpi)
         except OSError as error:
             raise InputError(f"cannot write {path}: {error.strerror or error}") from None
 

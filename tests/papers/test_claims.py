@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ocp_traj.papers.claims_b import _misses_of_equation_5
-from ocp_traj.papers.claims_d import _heights
-from ocp_traj.papers.fanuc_inertia import to_fanuc, with_inertia
-from ocp_traj.papers.inverse_timing import timing_claims
+from ocp_traj.papers.ma_2024.claims import _misses_of_equation_5
+from ocp_traj.papers.ma_2024.experiment import Ma2024
 from ocp_traj.papers.measures import (
     claim_first,
     claim_gain,
@@ -18,9 +16,10 @@ from ocp_traj.papers.measures import (
     ranking_words,
 )
 from ocp_traj.papers.motions import audit_durations
-from ocp_traj.papers.paper_b import PaperB
-from ocp_traj.papers.paper_d import PaperD
-from ocp_traj.papers.printed_d import PUBLISHED, misprinted
+from ocp_traj.papers.zhang_2022.inverse_timing import timing_claims
+from ocp_traj.papers.zhu_wang.claims import PUBLISHED, _heights, misprinted
+from ocp_traj.papers.zhu_wang.experiment import ZhuWang
+from ocp_traj.papers.zhu_wang.fanuc_inertia import to_fanuc, with_inertia
 
 RNG = np.random.default_rng(5)
 NOISE = 0.01 * RNG.random(20)
@@ -81,13 +80,13 @@ def test_a_proportion_that_stays_the_same_does_not_grow() -> None:
 
 
 def test_equation_5_of_b_misses_with_the_printed_position_and_holds_for_the_wrist_centre() -> None:
-    printed, mended = _misses_of_equation_5(PaperB())
+    printed, mended = _misses_of_equation_5(Ma2024())
     assert printed > 0.05
     assert mended < 1e-12
 
 
 def test_the_printed_signs_of_alpha_put_ds_points_below_the_floor() -> None:
-    below, above = _heights(PaperD())
+    below, above = _heights(ZhuWang())
     assert all(float(height) < -1.0 for height in below.split(", "))
     assert all(float(height) > 0.0 for height in above.split(", "))
 
@@ -122,7 +121,7 @@ def test_no_gain_is_claimed_from_noise() -> None:
 
 
 def test_the_printed_durations_of_d_are_feasible_only_with_the_mended_sign() -> None:
-    paper = PaperD()
+    paper = ZhuWang()
     assert audit_durations(paper.task(), "", PUBLISHED).feasible
     printed = audit_durations(misprinted(paper), "", PUBLISHED)
     assert not printed.feasible
@@ -130,14 +129,14 @@ def test_the_printed_durations_of_d_are_feasible_only_with_the_mended_sign() -> 
 
 
 def test_no_uniform_timing_rescues_the_published_total_of_b() -> None:
-    task = PaperB().task()
+    task = Ma2024().task()
     for shares in ((1.0, 1.0, 1.0), (2.1036, 0.9566, 1.2502)):
         durations = (3.17564 * np.array(shares) / sum(shares)).tolist()
         assert not audit_durations(task, "", durations).feasible
 
 
 def test_fanucs_description_and_paper_ds_table_place_the_flange_alike() -> None:
-    task = PaperD().task()
+    task = ZhuWang().task()
     arm = with_inertia(task)
     assert task.robot is not None and arm.robot is not None
     turns = []
@@ -149,7 +148,7 @@ def test_fanucs_description_and_paper_ds_table_place_the_flange_alike() -> None:
 
 
 def test_fanucs_arm_weighs_what_its_description_says() -> None:
-    arm = with_inertia(PaperD().task()).robot
+    arm = with_inertia(ZhuWang().task()).robot
     assert arm is not None and arm.has_inertia
     assert sum(inertia.mass for inertia in arm.model.inertias) == pytest.approx(
         25.1 + 33.5 + 54.5 + 17.5 + 1.16 + 0.224

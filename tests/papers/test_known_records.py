@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,12 +11,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ocp_traj.comparison.runs.compare import identify_case
+from ocp_traj.comparison.runs.record import RunRecord
+from ocp_traj.comparison.runs.store import Store
 from ocp_traj.papers import PAPERS, get_paper, motions
-from ocp_traj.papers import records as module_of_records
+from ocp_traj.papers.drawings import best_motion, convergence_picture
 from ocp_traj.papers.experiments import PUBLISHED_PROTOCOL, Experiment
-from ocp_traj.papers.figures import convergence_figure
+from ocp_traj.papers.page import SCREEN_DPI
 from ocp_traj.papers.paper import Paper
-from ocp_traj.papers.records import Records, experiment_key
+from ocp_traj.papers.records import Records, plan_experiments
+from ocp_traj.pictures.matplotlib_ import save_picture
 
 SEEDS = 20
 NOISE = 0.001 * np.random.default_rng(9).random(SEEDS)
@@ -50,86 +55,79 @@ ALONE = [0.5, 0.25, 0.75]
 def history(value: float, steps: int, width: int = 0) -> dict[str, Any]:
     """A search that falls to its value: not within the limits at first, then twice as long, then there."""
     course: dict[str, Any] = {
-        "generation": list(range(steps)),
-        "evaluations": [100 * (step + 1) for step in range(steps)],
+        "evaluations": [100.0 * (step + 1) for step in range(steps)],
         "cost": [value, 2 * value, *[value] * (steps - 2)],
         "violation": [1.0, *[0.0] * (steps - 1)],
+        "seconds": [0.01 * step for step in range(steps)],
     }
-    return course | ({"x": [[value / width] * width] * steps} if width else {})
+    if not width:
+        return course
+    return course | {"generation": list(range(steps)), "x": [[value / width] * width] * steps}
 
 
-def run_of(
-    paper: Paper, experiment: Experiment, seed: int, rank: int, slow: int, share: float
-) -> dict[str, Any]:
+def run_of(paper: Paper, experiment: Experiment, seed: int, rank: int, slow: int, share: float) -> RunRecord:
     """A run whose cost, generations and seconds grow with the method's ranks; the noise is that of the seed."""
     task = paper.task(experiment.overrides)
     value = 6.0 * (1 + 0.25 * rank) * (1 + NOISE[seed])
     gaps = np.full(task.gaps, value / task.gaps)
-    return {
-        "solver": experiment.solver,
-        "seed": seed,
-        "feasible": share > seed / SEEDS,
-        "status": "budget_exhausted",
-        "message": "said so",
-        "objective": value,
-        "duration": value,
-        "energy": 100.0 * value,
-        "segments": gaps.tolist(),
-        "worst": {"limit": "velocity", "joint": 2, "gap": 1, "time": 0.5, "ratio": 0.75},
-        "scale": 0.875,
-        "scaled_by": 1.0,
-        "evaluations": 5000 + rank,
-        "seconds": 1.0 + slow,
-        "processor": (1.0 + slow) * (1 + NOISE[seed]),
-        "generations": 10 * (slow + 1) + seed % 2,
-        "history": history(value, 30),
-        "parts": [
-            {
-                "joint": joint,
-                "cost": value / 8,
-                "evaluations": 100,
-                "seconds": 0.5,
-                "generations": 10 * (slow + 1) + seed % 2,
-                "history": history(value / 8, 20, task.gaps),
-            }
-            for joint in (np.flatnonzero(np.ptp(task.waypoints, axis=0)) + 1).tolist()
-        ],
-    }
+    return RunRecord(
+        "budget_exhausted",
+        "said so",
+        feasible=share > seed / SEEDS,
+        objective=value,
+        duration=value,
+        energy=100.0 * value,
+        worst={"limit": "velocity", "joint": 2, "time": 0.5, "ratio": 0.75},
+        smallest_feasible_scale=0.875,
+        evaluations=5000 + rank,
+        build_time=0.0,
+        solve_time=1.0 + slow,
+        history=history(value, 30),
+        details={
+            "segments": gaps.tolist(),
+            "processor": (1.0 + slow) * (1 + NOISE[seed]),
+            "generations": 10 * (slow + 1) + seed % 2,
+            "parts": [
+                {
+                    "joint": joint,
+                    "cost": value / 8,
+                    "evaluations": 100,
+                    "generations": 10 * (slow + 1) + seed % 2,
+                    "history": history(value / 8, 20, task.gaps),
+                }
+                for joint in (np.flatnonzero(np.ptp(task.waypoints, axis=0)) + 1).tolist()
+            ],
+        },
+    )
 
 
-def known_records(paper: Paper, path: Path, reverse: bool = False, share: float = 1.0) -> Records:
+def known_records(paper: Paper, folder: Path, reverse: bool = False, share: float = 1.0) -> Records:
     """Every run and every computed number of a paper's reduced page; `share` of the runs keep the limits."""
-    from ocp_traj.case import task_digest
-    from ocp_traj.solvers.per_joint import joint_task
-
-    records = Records(path)
     order, speed = (list(table[paper.key])[:: -1 if reverse else 1] for table in (ORDERS, GENERATIONS))
-    chosen = []
-    for experiment in paper.experiments(True):
-        rank, slow = (
-            entries.index(experiment.label) if experiment.label in entries else len(entries)
-            for entries in (order, speed)
-        )
-        for seed in range(1 if experiment.once else SEEDS):
-            key = experiment_key(paper, experiment, seed)
-            chosen.append((key, experiment))
-            if records.get(key) is None:
-                records.add(key, run_of(paper, experiment, seed, rank, slow, share))
-    records.choose(chosen)
+    plan = plan_experiments(paper.case, paper.experiments(True), SEEDS)
+    with Store(folder, create=True) as store:
+        number = store.add_plan(plan, {}, plan.runs(identify_case))
+        for experiment, spec in plan.specifications(identify_case):
+            rank, slow = (
+                entries.index(experiment.label) if experiment.label in entries else len(entries)
+                for entries in (order, speed)
+            )
+            store.add_run(spec, run_of(paper, experiment, spec.seed, rank, slow, share), number)
+    records = Records(folder, paper.case)
+    records.choose(plan)
     task = paper.task()
-    records.computed("references", lambda: REFERENCES, task_digest(task))
-    records.computed("certificate 0.001", lambda: SHARED[paper.key], task_digest(task))
+    records.computed("references", lambda: REFERENCES)
+    records.computed("certificate", lambda: SHARED[paper.key])
     if paper.protocol.joints:
         for joint in np.flatnonzero(np.ptp(task.waypoints, axis=0)).tolist():
             alone = {"lower": 1.0, "upper": 1.5 + joint / 10, "message": "proved", "durations": ALONE}
-            digest = task_digest(joint_task(task, joint))
-            records.computed(f"certificate {motions.JOINT_GAP:g}", partial(dict, alone), digest)
+            records.computed(f"certificate, joint {joint + 1}", partial(dict, alone))
     rows = [
         {"form": form, "points": points, "eight": [0.002 * points] * 10, "one": [0.001 * points] * 10}
         for points in (9, 900)
         for form in ("python", "vectorised")
     ]
-    records.computed("inverse kinematics", lambda: {"rows": rows}, task_digest(task))
+    records.computed("inverse kinematics", lambda: {"rows": rows})
     return records
 
 
@@ -140,7 +138,7 @@ def nothing_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: Any) -> None:
         raise AssertionError("a finished run was started again")
 
-    monkeypatch.setattr(module_of_records, "run_one", refuse)
+    monkeypatch.setattr("ocp_traj.comparison.runs.execute.run_supervised", refuse)
     monkeypatch.setattr("ocp_traj.references.certify", refuse)
     monkeypatch.setattr("ocp_traj.references.references", refuse)
 
@@ -150,7 +148,7 @@ def pages_of(key: str, folder: Path, share: float = 1.0) -> tuple[str, str, list
     from ocp_traj.cli import papers
 
     printed: list[str] = []
-    known_records(get_paper(key), folder / "records" / f"paper-{key.lower()}-reduced.jsonl", share=share)
+    known_records(get_paper(key), folder / "records" / f"{get_paper(key).stem}-reduced", share=share)
     with pytest.MonkeyPatch.context() as patch:
         console = SimpleNamespace(print=lambda text, markup: printed.append(text))
         patch.setattr(papers, "console_for", lambda _: console)
@@ -164,7 +162,7 @@ def pages_of(key: str, folder: Path, share: float = 1.0) -> tuple[str, str, list
 def no_energies(monkeypatch: pytest.MonkeyPatch) -> None:
     """Paper D's extension solves three problems: here they are said to be solved."""
     rows = [{"motion": "least energy", "duration": 1.25, "energy": 345.5}]
-    monkeypatch.setattr("ocp_traj.papers.fanuc_energy._compute_energies", lambda task, shortest: rows)
+    monkeypatch.setattr("ocp_traj.papers.zhu_wang.fanuc_energy._compute_energies", lambda task, shortest: rows)
 
 
 @pytest.mark.usefixtures("nothing_runs", "no_energies")
@@ -175,7 +173,7 @@ def test_a_page_holds_every_run_claim_and_figure(key: str, tmp_path: Path) -> No
     total = sum(1 if entry.once else SEEDS for entry in paper.experiments(True))
     assert printed == [
         f"paper {key}: {total} of {total} runs",
-        str(tmp_path / f"paper-{key.lower()}.md"),
+        str(tmp_path / f"{paper.stem}.md"),
         str(tmp_path / "index.md"),
     ]
     assert f"computed by `ocp-traj papers {key} --seeds {SEEDS} --reduced`" in text
@@ -191,7 +189,7 @@ def test_a_page_holds_every_run_claim_and_figure(key: str, tmp_path: Path) -> No
     assert ("| least energy | 1.2500 | 345.5 |" in text) == (key == "D")
     for sentence in paper.stand_ins:
         assert sentence in text
-    claims = paper.claims(known_records(paper, tmp_path / "again.jsonl"))
+    claims = paper.claims(known_records(paper, tmp_path / "again"))
     for claim in claims:
         assert claim.sentence.replace("|", "\\|") in text
     assert f"Of {len(claims)} claims and remarks" in summary
@@ -272,7 +270,7 @@ def test_verdicts_follow_the_runs(key: str, reverse: bool, tmp_path: Path) -> No
     paper = get_paper(key)
     verdicts = {
         claim.sentence: claim.verdict
-        for claim in paper.claims(known_records(paper, tmp_path / "runs.jsonl", reverse))
+        for claim in paper.claims(known_records(paper, tmp_path / "runs", reverse))
     }
     expected = {sentence: pair[reverse] for sentence, pair in VERDICTS[key].items()}
     assert {sentence: verdicts.get(sentence) for sentence in expected} == expected
@@ -280,10 +278,10 @@ def test_verdicts_follow_the_runs(key: str, reverse: bool, tmp_path: Path) -> No
 
 def test_one_run_over_a_limit_is_enough_to_refute_that_limits_are_kept(tmp_path: Path) -> None:
     paper = get_paper("C")
-    found = paper.claims(known_records(paper, tmp_path / "runs.jsonl", share=(SEEDS - 0.5) / SEEDS))
+    found = paper.claims(known_records(paper, tmp_path / "runs", share=(SEEDS - 0.5) / SEEDS))
     kept = next(claim for claim in found if claim.sentence.startswith("velocity, acceleration and jerk stay"))
     assert kept.verdict == "holds"
-    found = paper.claims(known_records(paper, tmp_path / "fewer.jsonl", share=(SEEDS - 1) / SEEDS))
+    found = paper.claims(known_records(paper, tmp_path / "fewer", share=(SEEDS - 1) / SEEDS))
     kept = next(claim for claim in found if claim.sentence.startswith("velocity, acceleration and jerk stay"))
     assert (kept.verdict, kept.measured) == (
         "does not hold for every run",
@@ -293,10 +291,10 @@ def test_one_run_over_a_limit_is_enough_to_refute_that_limits_are_kept(tmp_path:
 
 def test_the_slowest_joint_and_the_sum_of_segments_are_told(tmp_path: Path) -> None:
     paper = get_paper("B")
-    records = known_records(paper, tmp_path / "runs.jsonl")
-    optima = motions.joint_optima(paper, records)
+    records = known_records(paper, tmp_path / "runs")
+    optima = motions.joint_optima(paper.task(), records)
     assert sorted(optima) == [2, 3, 4, 5, 6]
-    assert motions.synchronised_optima(paper, optima) == pytest.approx(ALONE)
+    assert motions.synchronised_optima(paper.task(), optima) == pytest.approx(ALONE)
     claim = next(claim for claim in paper.claims(records) if "3.17564 s and keeps" in claim.sentence)
     assert "slowest joint alone (joint 6) 2.0000 s" in claim.measured
     assert "largest duration of each segment over the joints 1.5000 s" in claim.measured
@@ -304,30 +302,28 @@ def test_the_slowest_joint_and_the_sum_of_segments_are_told(tmp_path: Path) -> N
 
 
 def test_the_best_motion_is_the_shortest_feasible_one(tmp_path: Path) -> None:
-    from ocp_traj.papers.figures import best_motion
-
     paper = get_paper("C")
-    records = known_records(paper, tmp_path / "runs.jsonl")
+    records = known_records(paper, tmp_path / "runs")
     rows = records.runs("SSA", PUBLISHED_PROTOCOL)
-    shortest = min(rows, key=lambda row: row["duration"])
+    shortest = min(rows, key=lambda row: row.record.duration)
     motion = best_motion(paper.task(), rows, "duration")
-    assert motion is not None and motion.duration == pytest.approx(shortest["duration"])
-    rows = [row | {"feasible": row is not shortest} for row in rows]
+    assert motion is not None and motion.duration == pytest.approx(shortest.record.duration)
+    rows = [replace(row, record=replace(row.record, feasible=row is not shortest)) for row in rows]
     motion = best_motion(paper.task(), rows, "duration")
-    assert motion is not None and motion.duration > shortest["duration"] * (1 + 1e-6)
-    assert best_motion(paper.task(), [row | {"segments": []} for row in rows], "duration") is None
+    assert motion is not None and motion.duration > shortest.record.duration * (1 + 1e-6)
+    bare = [replace(row, record=replace(row.record, details={"segments": []})) for row in rows]
+    assert best_motion(paper.task(), bare, "duration") is None
 
 
 def test_convergence_is_drawn_although_no_run_is_ever_feasible(tmp_path: Path) -> None:
     paper = get_paper("A")
-    records = known_records(paper, tmp_path / "runs.jsonl")
+    records = known_records(paper, tmp_path / "runs")
     for label in paper.protocol.labels:
         for row in records.runs(label, PUBLISHED_PROTOCOL):
-            row["history"]["violation"] = [0.5] * len(row["history"]["violation"])
-    name = convergence_figure(
-        records, paper.protocol.labels, PUBLISHED_PROTOCOL, tmp_path / "none.png", "title", "J"
-    )
-    assert (tmp_path / name).stat().st_size > 5_000
+            row.record.history["violation"] = [0.5] * len(row.record.history["violation"])
+    picture = convergence_picture(records, paper.protocol.labels, PUBLISHED_PROTOCOL, "title", "", "J")
+    save_picture(picture, tmp_path / "none.png", SCREEN_DPI)
+    assert (tmp_path / "none.png").stat().st_size > 5_000
 
 
 def test_a_folder_that_cannot_be_written_is_told_before_anything_runs(

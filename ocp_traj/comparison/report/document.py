@@ -98,8 +98,9 @@ def format_number(value: float, digits: int = 4) -> str:
 
 def to_markdown(document: Document) -> str:
     """Return the report as Markdown: the same words and numbers, pictures by their captions."""
-    parts = [f"# {document.title}", document.subtitle, *(f"- {line}" for line in document.story)]
-    blocks = [parts[0], parts[1], "\n".join(parts[2:])]
+    blocks = [f"# {document.title}", document.subtitle]
+    if document.story:
+        blocks.append("\n".join(f"- {line}" for line in document.story))
     for section in document.sections:
         blocks.append(f"## {section.title}")
         blocks += section.paragraphs
@@ -113,9 +114,8 @@ def to_markdown(document: Document) -> str:
 
 
 def _markdown_table(table: Table) -> str:
-    lines = [
-        f"**{table.caption}**",
-        "",
+    lines = [f"**{table.caption}**", ""] if table.caption else []
+    lines += [
         "| " + " | ".join(_escape(column) for column in table.columns) + " |",
         "|" + " --- |" * len(table.columns),
     ]

@@ -83,6 +83,19 @@ def median(values: ArrayLike) -> float:
     return float(middle[0]) if middle[0] == middle[1] else float(np.mean(middle))
 
 
+def quartiles(values: Array) -> Array:
+    """Return lower quartile, median and upper quartile along the first axis, without averaging with infinity.
+
+    Parameters
+    ----------
+    values
+        (S,) or (S, N); without any, the three are undefined.
+    """
+    if not len(values):
+        return np.full((3, *values.shape[1:]), np.nan)
+    return np.quantile(values, [0.25, 0.5, 0.75], axis=0, method="inverted_cdf")
+
+
 def holm(p: ArrayLike) -> Array:
     """Return Holm's step-down adjusted p-values (Holm 1979), in the order given."""
     values = np.asarray(p, dtype=np.float64)

@@ -34,6 +34,8 @@ class RunRecord:
         Number of decision variables.
     evaluations, build_time, solve_time, wall_time, peak_memory
         Cost of the run: points, s, s, s (everything included), bytes above the idle worker.
+    details
+        What a runner of its own reports beside, any JSON values.
     history
         Lists ``evaluations``, ``cost``, ``violation``, ``seconds``, equally long.
     trajectory
@@ -60,6 +62,7 @@ class RunRecord:
     peak_memory: int | None = None
     history: dict[str, list[float | None]] = field(default_factory=dict)
     trajectory: dict[str, Any] | None = None
+    details: dict[str, Any] = field(default_factory=dict)
 
     @property
     def return_code_correct(self) -> bool:

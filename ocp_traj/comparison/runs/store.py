@@ -58,7 +58,14 @@ CREATE TABLE problems (
 ) WITHOUT ROWID;
 """
 
-MIGRATIONS = (_VERSION_1, _VERSION_2)
+_VERSION_3 = """
+ALTER TABLE histories ADD COLUMN details TEXT NOT NULL DEFAULT '{}';
+CREATE TABLE results (
+    case_digest TEXT NOT NULL, name TEXT NOT NULL, value TEXT NOT NULL, PRIMARY KEY (case_digest, name)
+) WITHOUT ROWID;
+"""
+
+MIGRATIONS = (_VERSION_1, _VERSION_2, _VERSION_3)
 """Step k brings a file from schema version k to k + 1; a new version is a new step, old ones never change."""
 
 _KEY = ("case_digest", "solver", "settings_digest", "seed")
@@ -153,7 +160,8 @@ class Store:
         if found == len(MIGRATIONS):
             return
         with self._transaction():
-            for version in range(found, len(MIGRATIONS)):
+            # Read again: another process may have made or migrated the file since.
+            for version in range(self.version, len(MIGRATIONS)):
                 for statement in MIGRATIONS[version].split(";"):
                     self._connection.execute(statement)
                 self._connection.execute(f"PRAGMA user_version = {version + 1}")
@@ -236,6 +244,19 @@ class Store:
                 "UPDATE cases SET reference = ? WHERE digest = ?", (json.dumps(reference), digest)
             )
 
+    def add_result(self, digest: str, name: str, value: dict[str, Any]) -> None:
+        """Store a named result on a case that is neither a run nor a reference; the newest of a name counts."""
+        with self._transaction():
+            self._connection.execute(
+                "INSERT OR REPLACE INTO results VALUES (?, ?, ?)", (digest, name, json.dumps(finite(value)))
+            )
+
+    def results(self, digest: str) -> dict[str, dict[str, Any]]:
+        """Return the named results on a case."""
+        with self._reading():
+            rows = self._connection.execute("SELECT name, value FROM results WHERE case_digest = ?", (digest,))
+            return {name: load_object(value) for name, value in rows}
+
     def cases(self) -> dict[str, dict[str, Any]]:
         """Return name, choice and reference (or None) of every case, by digest."""
         with self._reading():
@@ -268,7 +289,8 @@ class Store:
                 tuple(values.values()),
             )
             self._connection.execute(
-                f"INSERT INTO histories VALUES (?, ?, ?, ?, ?, ?, ?, ?) {_KEEP_FIRST}", (*spec.key, *history)
+                f"INSERT INTO histories VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) {_KEEP_FIRST}",
+                (*spec.key, *history, json.dumps(finite(record.details))),
             )
 
     def _write_trajectory(self, spec: RunSpec, trajectory: dict[str, Any]) -> str:
@@ -293,7 +315,7 @@ class Store:
         """Return every run, ordered by case, solver, settings and seed."""
         parts = "".join(f", h.{part} AS h_{part}" for part in _HISTORY)
         query = (
-            f"SELECT r.*{parts} FROM runs r LEFT JOIN histories h USING ({', '.join(_KEY)})"
+            f"SELECT r.*{parts}, h.details FROM runs r LEFT JOIN histories h USING ({', '.join(_KEY)})"
             if histories
             else "SELECT * FROM runs r"
         )
@@ -367,9 +389,10 @@ def _row(entry: sqlite3.Row, histories: bool) -> Row:
     worst = None
     if entry["worst_limit"] is not None:
         worst = {name: entry[f"worst_{name}"] for name in ("limit", "joint", "time", "ratio")}
-    history = {}
+    history, details = {}, {}
     if histories and entry["h_cost"] is not None:
         history = load_history({part: entry[f"h_{part}"] for part in _HISTORY})
+        details = load_object(entry["details"])
     record = RunRecord(
         **{name: entry[name] for name in _PLAIN},
         claimed=bool(entry["claimed"]),
@@ -377,6 +400,7 @@ def _row(entry: sqlite3.Row, histories: bool) -> Row:
         worst=worst,
         findings=load_texts(entry["findings"]),
         history=history,
+        details=details,
     )
     return Row(
         entry["case_digest"], entry["case_name"], entry["solver"], entry["settings_digest"], entry["seed"],

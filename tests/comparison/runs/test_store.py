@@ -28,6 +28,7 @@ RECORD = RunRecord(
     evaluations=10,
     history={"evaluations": [1, 10], "cost": [2.0, 1.5], "violation": [0.0, 0.0], "seconds": [0.1, 0.2]},
     trajectory={"schema": 1, "case": "one"},
+    details={"segments": [0.5, 1.0], "parts": []},
 )
 
 
@@ -92,6 +93,52 @@ def test_a_file_of_version_1_is_migrated_and_keeps_its_rows(tmp_path: Path) -> N
         assert store.version == len(MIGRATIONS)
         (row,) = store.rows()
         assert (row.key, row.record.objective, row.record.history) == (("c", "s", "d", 1), 2.5, {})
+
+
+def test_a_history_of_version_2_has_no_details(tmp_path: Path) -> None:
+    (tmp_path / "trajectories").mkdir()
+    connection = sqlite3.connect(tmp_path / FILE_NAME)
+    connection.executescript("".join(MIGRATIONS[:2]))
+    connection.execute("PRAGMA user_version = 2")
+    connection.execute("INSERT INTO histories VALUES ('c', 's', 'd', 1, '[1]', '[2.5]', '[0]', '[0.1]')")
+    connection.execute(
+        "INSERT INTO runs (case_digest, solver, settings_digest, seed, case_name, seed_index, status, reason, message,"
+        " claimed, feasible, objective, findings, plan, finished)"
+        " VALUES ('c', 's', 'd', 1, 'one', 0, 'converged', '', '', 1, 1, 2.5, '[]', 1, 'then')"
+    )
+    connection.commit()
+    connection.close()
+    with Store(tmp_path) as store:
+        (row,) = store.rows()
+        assert (row.record.history["cost"], row.record.details) == ([2.5], {})
+
+
+def test_a_file_that_another_process_has_just_made_is_not_made_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    filled(tmp_path).close()
+    version, seen = Store.version.fget, iter([0])  # what was read before the other process was ready
+    assert version is not None
+    monkeypatch.setattr(Store, "version", property(lambda store: next(seen, version(store))))
+    with Store(tmp_path) as store:
+        assert len(store.rows()) == 1
+
+
+def test_a_named_result_is_kept_by_case_and_the_newest_counts(tmp_path: Path) -> None:
+    with filled(tmp_path) as store:
+        store.add_result("case", "bound", {"lower": 1.0, "upper": float("inf")})
+        store.add_result("case", "bound", {"lower": 2.0, "upper": float("nan")})
+        store.add_result("other", "bound", {})
+    with Store(tmp_path) as store:
+        assert store.results("case") == {"bound": {"lower": 2.0, "upper": None}}
+        assert store.results("neither") == {}
+
+
+def test_details_that_are_no_table_are_refused(tmp_path: Path) -> None:
+    with filled(tmp_path) as store:
+        store._connection.execute("UPDATE histories SET details = '[1]'")
+        with pytest.raises(InputError, match="a list stands where an object was written"):
+            store.rows()
 
 
 def test_a_file_of_a_newer_version_is_refused(tmp_path: Path) -> None:

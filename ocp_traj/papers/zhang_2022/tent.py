@@ -1,4 +1,4 @@
-"""Whether Tent chaos fills an interval more evenly than pseudo-random numbers (paper C, Fig. 1)."""
+"""Whether Tent chaos fills an interval more evenly than pseudo-random numbers (Zhang et al. 2022, paper C, Fig. 1)."""
 
 from __future__ import annotations
 

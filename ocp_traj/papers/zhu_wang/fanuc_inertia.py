@@ -1,4 +1,4 @@
-"""FANUC M-10iD/8L with inertia, for paper D's outlook on energy.
+"""FANUC M-10iD/8L with inertia, for the outlook of Zhu and Wang (paper D) on energy.
 
 Facts retyped from FANUC's own robot description: repository FANUC-CORPORATION/fanuc_description, package
 fanuc_m10_description 2.1.1, file urdf/m10_8_20d_urdf_macro.xacro ("URDF for M-10/8-20D(M-10iD/8L)"), Apache-2.0,

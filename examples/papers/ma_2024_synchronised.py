@@ -1,10 +1,11 @@
 """
-Paper B: joints optimised apart
-===============================
+Ma et al. 2024 (paper B): joints optimised apart
+================================================
 
-Paper B minimises the durations of every joint alone and reports 3.17564 s. Taking the largest duration of each segment
-gives no safe motion: a polynomial stretched in one segment overshoots in another. The audit says which joint, when,
-by how much. One set of durations shared by all joints keeps every limit, and a better curve is three times as fast.
+The paper minimises the durations of every joint alone and reports 3.17564 s. Taking the largest duration of each
+segment gives no safe motion: a polynomial stretched in one segment overshoots in another. The audit says which joint,
+when, by how much. One set of durations shared by all joints keeps every limit, and a better curve is three times as
+fast.
 """
 
 import numpy as np

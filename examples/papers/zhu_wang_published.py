@@ -1,8 +1,8 @@
 """
-Paper D: the printed durations before the judge
-===============================================
+Zhu and Wang (paper D): the printed durations before the judge
+==============================================================
 
-Paper D prints three durations and no limits. With FANUC's own velocities (accelerations are a stand-in) they are
+The paper prints three durations and no limits. With FANUC's own velocities (accelerations are a stand-in) they are
 feasible, but only if the sign of one printed angle is mended. The durations could be less than half as long.
 """
 

@@ -1,25 +1,41 @@
-"""Paper C: clamped cubic spline of a UR5 along a helix, Tent chaos and adaptive step factors."""
+"""What is done for Zhang et al. 2022 (paper C): clamped cubic spline along a helix, improved sparrow search."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from metaheuristics.algorithms.tent_sparrow_search import TentSparrowSearch
+from ocp_traj.comparison.report.document import Table
+from ocp_traj.comparison.report.statistics import quartiles
+from ocp_traj.papers.drawings import (
+    best_motion,
+    convergence_picture,
+    lines_picture,
+    motions_picture,
+    tool_picture,
+)
 from ocp_traj.papers.experiments import EQUAL_EVALUATIONS, PUBLISHED_PROTOCOL, Protocol
-from ocp_traj.papers.inverse_timing import PATH_POINTS, SAVING, inverse_timing, timing_table
-from ocp_traj.papers.measures import number, order_with_tests, quartiles
-from ocp_traj.papers.paper import Claim, Figure, Paper, Table
-from ocp_traj.papers.printed_c import ADF_SSA, BEST_OF_TEN, SSA, T_SSA, TADF_SSA, durations
+from ocp_traj.papers.measures import number, order_with_tests
+from ocp_traj.papers.motions import PATH_SAMPLES
+from ocp_traj.papers.paper import Claim, Paper, table_of
 from ocp_traj.papers.records import Records
-from ocp_traj.papers.tent import BINS, NUMBERS, histograms
+from ocp_traj.papers.zhang_2022.claims import ADF_SSA, BEST_OF_TEN, SSA, T_SSA, TADF_SSA, claims, durations
+from ocp_traj.papers.zhang_2022.inverse_timing import PATH_POINTS, SAVING, inverse_timing, timing_table
+from ocp_traj.papers.zhang_2022.tent import BINS, NUMBERS, histograms
+from ocp_traj.pictures.motion import path_length, sample_times, tool_path
+from ocp_traj.pictures.picture import Picture
+
+if TYPE_CHECKING:
+    from ocp_traj.task import TrajectoryTask
 
 
-class PaperC(Paper):
+class Zhang2022(Paper):
     """Shortest clamped cubic spline through Cartesian points of a helix."""
 
     key = "C"
+    name = "Zhang et al. 2022"
     title = "Time-optimal trajectory of a UR5 by unique domains and an improved sparrow search"
     reference = "Zhang et al., Front. Bioeng. Biotechnol. 10 (2022), doi:10.3389/fbioe.2022.852408"
     summary = (
@@ -48,7 +64,7 @@ class PaperC(Paper):
         ),
         curves=((1, "free"), (3, "free")),
     )
-    runs = 10
+    best_of = 10
     stand_ins = (
         "Sample points (Table 2), joint angles (Table 3), limits (Table 4), averages (Table 5) and durations "
         "(Table 6) are lost: height, number of points, orientation and limits are stand-ins, so no duration "
@@ -85,113 +101,74 @@ class PaperC(Paper):
         """Return the timings of inverse kinematics and the evenness of the random numbers."""
         return [
             timing_table(inverse_timing(self.task(), records)),
-            Table(
+            table_of(
                 "Tent chaos against pseudo-random numbers",
                 (f"{NUMBERS} numbers", f"chi-square over {BINS} bins"),
-                tuple((name, f"{value:.1f}") for name, (_, value) in histograms().items()),
+                [(name, f"{value:.1f}") for name, (_, value) in histograms().items()],
                 f"Independent uniform numbers give about {BINS - 1}; more is less even.",
             ),
         ]
 
     def claims(self, records: Records) -> list[Claim]:
-        """Return C's claims."""
-        from ocp_traj.papers.claims_c import claims
-
+        """Return the paper's claims."""
         return claims(self, records)
 
-    def figures(self, records: Records, folder: Path) -> list[Figure]:
-        """Draw C's figures."""
-        from ocp_traj.papers.figures import (
-            best_motion,
-            convergence_figure,
-            lines_figure,
-            motion_figure,
-            tool_path_figure,
-        )
-
-        counts = {name: values for name, (values, _) in histograms().items()}
-        share, factors = step_factors()
-        python = next(
-            row
-            for row in inverse_timing(self.task(), records)
-            if row["form"] == "python" and row["points"] == PATH_POINTS[0]
-        )
-        times = {
-            "eight branches": 1e3 * np.array(python["eight"]),
-            "one domain": 1e3 * np.array(python["one"]),
-        }
-        found = [
-            Figure(
-                "1",
-                f"How {NUMBERS} Tent and pseudo-random numbers fall into {BINS} equal bins.",
-                lines_figure(
-                    folder / "paper-c-tent.png",
-                    np.arange(BINS) / BINS,
-                    counts,
-                    "lower end of the bin",
-                    "numbers",
-                    "Paper C, Fig. 1",
-                    "bars",
-                ),
-            ),
-            Figure(
-                "2",
-                "Step factors over generations (stand-ins: equations lost).",
-                lines_figure(
-                    folder / "paper-c-factors.png", share, factors, "generation", "factor", "Paper C, Fig. 2"
-                ),
-            ),
-            Figure("3 and 4", "flow chart and the robot's photograph", impossible="drawings, not results"),
-            Figure(
-                "6",
-                "Ten timings of both inverse solutions, plain Python.",
-                lines_figure(
-                    folder / "paper-c-inverse.png",
-                    np.arange(1, 11),
-                    times,
-                    "repetition",
-                    "time, ms",
-                    "Paper C, Fig. 6",
-                ),
-            ),
-            Figure(
-                "7",
+    def figures(self, records: Records) -> list[Picture | str]:
+        """Return chaos, step factors, timings, convergence, and the best motion with its tool path."""
+        return [
+            _tent_picture(),
+            _factors_picture(self.protocol.generations),
+            "Fig. 3 and 4, flow chart and the robot's photograph: not regenerated, drawings, not results.",
+            _timing_picture(inverse_timing(self.task(), records)),
+            convergence_picture(
+                records,
+                self.protocol.labels,
+                PUBLISHED_PROTOCOL,
+                "Fig. 7",
                 "Duration over evaluations, median and quartiles (a curve starts where half of the runs are "
                 "feasible).",
-                convergence_figure(
-                    records,
-                    self.protocol.labels,
-                    PUBLISHED_PROTOCOL,
-                    folder / "paper-c-convergence.png",
-                    "Paper C, Fig. 7",
-                    "s",
-                ),
+                "s",
             ),
-        ]
-        task = self.task()
-        motion = best_motion(task, records.runs(TADF_SSA, PUBLISHED_PROTOCOL), "duration")
-        if motion is None:
-            return found
-        path, length = tool_path_figure(
-            task, motion, folder / "paper-c-tool.png", "Paper C, Figs. 5, 9 and 10"
-        )
-        name = motion_figure(
-            task, {TADF_SSA: motion}, folder / "paper-c-motion.png", "Paper C, Fig. 8, stand-in case"
-        )
-        return [
-            *found,
-            Figure("8", "Position, velocity, acceleration and jerk of TADF-SSA's best motion.", name),
-            Figure("5, 9 and 10", f"Path of the tool, {length:.3f} m, and its x, y, z over time.", path),
+            *_motion_pictures(self.task(), records),
         ]
 
 
-def step_factors() -> tuple[Any, dict[str, Any]]:
-    """Return the generations and both adaptive factors over them."""
-    from metaheuristics.algorithms.tent_sparrow_search import TentSparrowSearch
+def _tent_picture() -> Picture:
+    counts = {name: np.append(values, values[-1]) for name, (values, _) in histograms().items()}
+    caption = f"How {NUMBERS} Tent and pseudo-random numbers fall into {BINS} equal bins."
+    edges = np.linspace(0.0, 1.0, BINS + 1)
+    return lines_picture("tent", "Fig. 1", caption, ("number", "numbers in the bin"), edges, counts, step=True)
 
-    search = TentSparrowSearch()
-    generations = np.arange(PaperC.protocol.generations + 1)
-    return generations, {
-        "beta": np.array([search.find_beta(t / PaperC.protocol.generations) for t in generations]),
-        "K": np.array([search.find_scout_factor(t / PaperC.protocol.generations) for t in generations]),
+
+def _factors_picture(count: int) -> Picture:
+    search, generations = TentSparrowSearch(), np.arange(count + 1)
+    factors = {
+        "beta": [search.find_beta(t / count) for t in generations],
+        "K": [search.find_scout_factor(t / count) for t in generations],
     }
+    caption = "Step factors over generations (stand-ins: equations lost)."
+    return lines_picture("factors", "Fig. 2", caption, ("generation", "factor"), generations, factors)
+
+
+def _timing_picture(timing: list[dict[str, Any]]) -> Picture:
+    python = next(row for row in timing if row["form"] == "python" and row["points"] == PATH_POINTS[0])
+    times = {
+        "eight branches": 1e3 * np.array(python["eight"]),
+        "one domain": 1e3 * np.array(python["one"]),
+    }
+    repetitions = np.arange(1, len(python["eight"]) + 1)
+    caption = "Ten timings of both inverse solutions, plain Python."
+    return lines_picture("inverse", "Fig. 6", caption, ("repetition", "time, ms"), repetitions, times)
+
+
+def _motion_pictures(task: TrajectoryTask, records: Records) -> list[Picture]:
+    motion = best_motion(task, records.runs(TADF_SSA, PUBLISHED_PROTOCOL), "duration")
+    if motion is None:
+        return []
+    caption = "Position, velocity, acceleration and jerk of TADF-SSA's best motion."
+    length = path_length(tool_path(task, motion, sample_times(motion, PATH_SAMPLES)))
+    words = f"Path of the tool, {length:.3f} m, and its x, y, z over time."
+    return [
+        motions_picture(task, {TADF_SSA: motion}, "Fig. 8", caption),
+        tool_picture(task, motion, "Fig. 5, 9 and 10", words),
+    ]

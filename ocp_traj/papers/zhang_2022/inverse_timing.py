@@ -1,4 +1,4 @@
-"""The time unique domains save in the inverse kinematics of paper C's path, as its Fig. 6 measures it."""
+"""The time that unique domains save in inverse kinematics, as Fig. 6 of Zhang et al. 2022 (paper C) measures it."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ocp_traj.papers.measures import quartiles
-from ocp_traj.papers.paper import Claim, Table
+from ocp_traj.comparison.report.document import Table
+from ocp_traj.comparison.report.statistics import quartiles
+from ocp_traj.papers.paper import Claim, table_of
 from ocp_traj.papers.records import Records
 
 if TYPE_CHECKING:
@@ -26,9 +27,7 @@ CONSTANT = 0.05
 
 def inverse_timing(task: TrajectoryTask, records: Records) -> list[dict[str, Any]]:
     """Return the times of both inverse solutions by form and number of points, measured once."""
-    from ocp_traj.case import task_digest
-
-    found = records.computed("inverse kinematics", lambda: {"rows": _time_paths(task)}, task_digest(task))
+    found = records.computed("inverse kinematics", lambda: {"rows": _time_paths(task)})
     return [
         {
             **row,
@@ -54,7 +53,7 @@ def timing_table(timing: list[dict[str, Any]]) -> Table:
         )
         for row in timing
     ]
-    return Table(
+    return table_of(
         "Eight branches against one",
         ("form", "points", "eight branches and filter, ms", "one domain, ms", "saved"),
         (("paper, MATLAB", "lost", "2.6149", "1.5752", f"{100 * SAVING:.2f} %"), *rows),

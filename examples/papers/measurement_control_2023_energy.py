@@ -1,9 +1,9 @@
 """
-Paper A: what energy depends on
-===============================
+Measurement and Control 2023 (paper A): what energy depends on
+==============================================================
 
 A UR5 returns empty from palletizing (stand-in points: the printed ones are lost). The joint points go through forward
-and inverse kinematics and back. Then the three methods of paper A spend a fifth of their 50 generations, and
+and inverse kinematics and back. Then the paper's three methods spend a fifth of their 50 generations, and
 IPOPT its few iterations. The paper ranks ISSA before SSA before PSO; the audit says who kept the limits at all.
 """
 

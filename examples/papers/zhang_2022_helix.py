@@ -1,8 +1,8 @@
 """
-Paper C: a helix, one branch of eight, and Tent chaos
-=====================================================
+Zhang et al. 2022 (paper C): a helix, one branch of eight, and Tent chaos
+=========================================================================
 
-Paper C drives a UR5 through Cartesian points of a helix. Along a path without singularities only the branch of one
+The paper drives a UR5 through Cartesian points of a helix. Along a path without singularities only the branch of one
 unique domain has to be computed instead of eight: the same joint positions for less work. Its search starts from a
 Tent-chaos population, said to fill [0, 1] more evenly than pseudo-random numbers. Limits and height are stand-ins.
 """

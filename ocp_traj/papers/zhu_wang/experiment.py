@@ -1,18 +1,28 @@
-"""Paper D: 3-5-3 polynomials of a FANUC arm, particle swarm with trigonometric factors, every joint alone."""
+"""What is done for Zhu and Wang (paper D): 3-5-3 polynomials of a FANUC arm, improved swarm, every joint alone."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ocp_traj.audit import audit
+from ocp_traj.comparison.report.document import Table
+from ocp_traj.comparison.report.statistics import quartiles
+from ocp_traj.papers.drawings import joints_picture, motions_picture, segments_picture, tool_picture
 from ocp_traj.papers.experiments import PUBLISHED_PROTOCOL, Protocol
 from ocp_traj.papers.joints_apart import joints_table, segments_table, totals
-from ocp_traj.papers.measures import number, quartiles
-from ocp_traj.papers.motions import audit_durations, certified_optimum, joint_optima, synchronised_optima
-from ocp_traj.papers.paper import AuditedMotion, Claim, Figure, Paper, Table
-from ocp_traj.papers.printed_d import (
+from ocp_traj.papers.measures import number
+from ocp_traj.papers.motions import (
+    audit_durations,
+    certified_optimum,
+    joint_optima,
+    synchronised_optima,
+    travelled,
+)
+from ocp_traj.papers.paper import AuditedMotion, Claim, Paper, table_of
+from ocp_traj.papers.records import Records
+from ocp_traj.papers.zhu_wang.claims import (
     IMPROVED,
     MENDED_POINT,
     PLAIN,
@@ -20,18 +30,25 @@ from ocp_traj.papers.printed_d import (
     PUBLISHED,
     REPAIRED,
     UNOPTIMISED,
+    claims,
     misprinted,
 )
-from ocp_traj.papers.records import Records
+from ocp_traj.papers.zhu_wang.fanuc_energy import energy_table
+from ocp_traj.pictures.picture import Picture
+from ocp_traj.transcription import trajectory_from_durations
 
 if TYPE_CHECKING:
     from ocp_traj.task import TrajectoryTask
 
+SHOWN_JOINTS = (1, 2)
+"""Of Figs. 1 and 2."""
 
-class PaperD(Paper):
+
+class ZhuWang(Paper):
     """Shortest 3-5-3 motion of a welding arm through four points."""
 
     key = "D"
+    name = "Zhu and Wang"
     title = "Trajectory planning of a rotor welding manipulator by an improved particle swarm"
     reference = "Zhu and Wang, Tianjin University of Technology and Education"
     summary = (
@@ -81,14 +98,14 @@ class PaperD(Paper):
             f"(+{PRINTED_POINT}) they are {'feasible' if printed.feasible else 'not: ' + printed.finding}.",
             f"With shared durations the shortest 3-5-3 motion under these limits takes {number(shared['upper'])} s "
             f"(proved above {number(shared['lower'])} s).",
-            f"Joints apart and synchronised: {sum(row['feasible'] for row in rows)} of {len(rows)} runs keep the "
+            f"Joints apart and synchronised: {sum(row.record.feasible for row in rows)} of {len(rows)} runs keep the "
             f"limits; median totals {medians}.",
         ]
 
     def audited(self, records: Records) -> list[AuditedMotion]:
         """Return the printed durations, mended and as printed, and the joints' certified optima."""
         task = self.task()
-        optima = joint_optima(self, records)
+        together = synchronised_optima(task, joint_optima(task, records))
         return [
             audit_durations(task, "printed durations, joint 3 mended", PUBLISHED),
             audit_durations(
@@ -97,15 +114,11 @@ class PaperD(Paper):
                 PUBLISHED,
             ),
             audit_durations(task, "unoptimised, 2 s a segment", UNOPTIMISED),
-            audit_durations(
-                task, "every joint's own optimum, synchronised", synchronised_optima(self, optima)
-            ),
+            audit_durations(task, "every joint's own optimum, synchronised", together),
         ]
 
     def tables(self, records: Records) -> list[Table]:
         """Return segments, the joints alone, what the printed durations ask of each joint, and energies."""
-        from ocp_traj.papers.fanuc_energy import energy_table
-
         return [
             segments_table(self, records, PUBLISHED),
             joints_table(self, records),
@@ -114,70 +127,55 @@ class PaperD(Paper):
         ]
 
     def claims(self, records: Records) -> list[Claim]:
-        """Return D's claims."""
-        from ocp_traj.papers.claims_d import claims
-
+        """Return the paper's claims."""
         return claims(self, records)
 
-    def figures(self, records: Records, folder: Path) -> list[Figure]:
-        """Draw D's figures."""
-        from ocp_traj.papers.figures import joints_figure, motion_figure, segments_figure, tool_path_figure
-        from ocp_traj.transcription import trajectory_from_durations
-
-        task = self.task()
-        labels = self.protocol.labels
-        found = []
-        first = records.runs(IMPROVED, PUBLISHED_PROTOCOL)[:1]
-        for row in first:
-            for part in row["parts"][:2]:
-                joint = part["joint"]
-                found.append(
-                    Figure(
-                        f"{joint}a",
-                        f"Durations of joint {joint}'s segments in the best particle over generations, first seed.",
-                        segments_figure(
-                            part,
-                            folder / f"paper-d-segments-{joint}.png",
-                            f"Paper D, Fig. {joint}a, joint {joint}",
-                        ),
-                    )
-                )
-        name = joints_figure(
-            records,
-            labels,
-            PUBLISHED_PROTOCOL,
-            (1, 2),
-            folder / "paper-d-joints.png",
-            "Paper D, Figs. 1b and 2b",
-        )
-        shared = certified_optimum(task, records)["durations"]
+    def figures(self, records: Records) -> list[Picture | str]:
+        """Return durations and convergence of the first two joints, the motions, and the path of the flange."""
+        task, labels = self.task(), self.protocol.labels
+        segments = [
+            segments_picture(
+                records,
+                IMPROVED,
+                PUBLISHED_PROTOCOL,
+                joint,
+                f"Fig. {joint}a",
+                f"Durations of joint {joint}'s segments in the best particle over generations, first seed.",
+            )
+            for joint in SHOWN_JOINTS
+        ]
         motions = {
             "printed durations": trajectory_from_durations(task, PUBLISHED),
-            "certified optimum": trajectory_from_durations(task, shared),
+            "certified optimum": trajectory_from_durations(task, certified_optimum(task, records)["durations"]),
         }
-        path, length = tool_path_figure(
-            task, motions["printed durations"], folder / "paper-d-tool.png", "Paper D, path of the flange"
-        )
         return [
-            *found,
-            Figure("1b and 2b", "Convergence of joints 1 and 2, median and quartiles over seeds.", name),
-            Figure(
-                "3 to 5",
+            *(picture for picture in segments if picture is not None),
+            joints_picture(
+                records,
+                labels,
+                PUBLISHED_PROTOCOL,
+                SHOWN_JOINTS,
+                "Fig. 1b and 2b",
+                "Convergence of joints 1 and 2, median and quartiles over seeds.",
+            ),
+            motions_picture(
+                task,
+                motions,
+                "Fig. 3 to 5",
                 "Position, velocity, acceleration (and jerk) with the printed durations and with the certified "
                 "optimum.",
-                motion_figure(task, motions, folder / "paper-d-motion.png", "Paper D, Figs. 3 to 5"),
             ),
-            Figure(
-                "(not in the paper)", f"Path of the flange with the printed durations, {length:.3f} m.", path
+            tool_picture(
+                task,
+                motions["printed durations"],
+                "Fig. (not in the paper)",
+                f"Path of the flange with the printed durations, {travelled(task, PUBLISHED):.3f} m.",
             ),
         ]
 
 
 def _needed(task: TrajectoryTask) -> Table:
     """Return the largest velocity and acceleration of each joint with the printed durations."""
-    from ocp_traj.audit import audit
-    from ocp_traj.transcription import trajectory_from_durations
-
     verdict = audit(task, trajectory_from_durations(task, PUBLISHED))
     largest: dict[tuple[str, int], float] = {}
     for peak in verdict.peaks:
@@ -187,9 +185,9 @@ def _needed(task: TrajectoryTask) -> Table:
         (f"{joint + 1}", *(number(largest.get((name, joint)), 1) for name in ("velocity", "acceleration")))
         for joint in range(task.n)
     ]
-    return Table(
+    return table_of(
         "What the printed durations ask of each joint",
         ("joint", "largest velocity, deg/s", "largest acceleration, deg/s²"),
-        tuple(rows),
+        rows,
         "The limits that the paper does not print must have been at least these.",
     )

@@ -1,24 +1,35 @@
-"""Paper B: 3-5-3 polynomials of a six-axis arm, improved sparrow search, every joint alone."""
+"""What is done for Ma et al. 2024 (paper B): 3-5-3 polynomials, improved sparrow search, every joint alone."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
+from ocp_traj.comparison.report.document import Table
+from ocp_traj.comparison.report.statistics import quartiles
+from ocp_traj.papers.drawings import best_motion, joints_picture, motions_picture, tool_picture
 from ocp_traj.papers.experiments import BETTER_CURVE, PUBLISHED_PROTOCOL, Protocol
 from ocp_traj.papers.joints_apart import joints_table, segments_table, totals
-from ocp_traj.papers.measures import number, order_with_tests, quartiles
-from ocp_traj.papers.motions import audit_durations, certified_optimum, joint_optima, synchronised_optima
-from ocp_traj.papers.paper import AuditedMotion, Claim, Figure, Paper, Table
-from ocp_traj.papers.printed_b import ISSA, PSO, PUBLISHED_TOTALS, SSA, UNOPTIMISED
-from ocp_traj.papers.records import Records
+from ocp_traj.papers.ma_2024.claims import ISSA, PSO, PUBLISHED_TOTALS, SSA, UNOPTIMISED, claims
+from ocp_traj.papers.measures import number, order_with_tests
+from ocp_traj.papers.motions import (
+    audit_durations,
+    certified_optimum,
+    joint_optima,
+    synchronised_optima,
+    travelled,
+)
+from ocp_traj.papers.paper import AuditedMotion, Claim, Paper
+from ocp_traj.papers.records import Records, number_of
+from ocp_traj.pictures.picture import Picture
+from ocp_traj.transcription import trajectory_from_durations
 
 MOVING_JOINTS = (2, 3, 4, 5, 6)
+"""From 1; joint 1 has the same angle at all four points."""
 
 
-class PaperB(Paper):
+class Ma2024(Paper):
     """Shortest 3-5-3 motion through four points."""
 
     key = "B"
+    name = "Ma et al. 2024"
     title = "Industrial robot trajectory optimisation by an improved sparrow search"
     reference = "Ma et al., Machines 12(7) 490 (2024), doi:10.3390/machines12070490"
     summary = (
@@ -55,9 +66,9 @@ class PaperB(Paper):
     def story(self, records: Records) -> list[str]:
         """Return what came out."""
         rows = [row for label in self.protocol.labels for row in records.runs(label, PUBLISHED_PROTOCOL)]
-        kept = sum(row["feasible"] for row in rows)
-        issa = records.runs(ISSA, PUBLISHED_PROTOCOL)
-        worst = max((row["worst"] for row in issa), key=lambda entry: entry["ratio"])
+        kept = sum(row.record.feasible for row in rows)
+        issa = [row.record.worst for row in records.runs(ISSA, PUBLISHED_PROTOCOL) if row.record.worst]
+        worst = max(issa, key=lambda entry: float(entry["ratio"]))
         shared = certified_optimum(self.task(), records)
         order, _, tests = order_with_tests(totals(self, records))
         curves = [
@@ -79,74 +90,52 @@ class PaperB(Paper):
 
     def audited(self, records: Records) -> list[AuditedMotion]:
         """Return the synchronised optima of the joints, and ISSA's best synchronised run."""
-        optima = joint_optima(self, records)
         task = self.task()
-        found = [
-            audit_durations(
-                task, "every joint's own optimum, synchronised", synchronised_optima(self, optima)
-            )
-        ]
+        together = synchronised_optima(task, joint_optima(task, records))
+        motions = {"every joint's own optimum, synchronised": together}
         for label in self.protocol.labels:
-            best = min(
-                records.runs(label, PUBLISHED_PROTOCOL), key=lambda row: float(row["duration"]), default=None
-            )
-            if best is not None:
-                found.append(
-                    audit_durations(task, f"{label}, its shortest synchronised run", best["segments"])
-                )
-        found.append(audit_durations(task, "unoptimised, 2 s a segment", [UNOPTIMISED / 3] * 3))
-        return found
+            rows = [row for row in records.runs(label, PUBLISHED_PROTOCOL) if row.record.duration is not None]
+            if rows:
+                best = min(rows, key=lambda row: number_of(row, "duration") or 0.0)
+                motions[f"{label}, its shortest synchronised run"] = best.record.details["segments"]
+        motions["unoptimised, 2 s a segment"] = [UNOPTIMISED / 3] * 3
+        return [audit_durations(task, words, durations) for words, durations in motions.items()]
 
     def tables(self, records: Records) -> list[Table]:
         """Return the segments and the joints alone."""
         return [segments_table(self, records), joints_table(self, records, " Joint 1 does not move.")]
 
     def claims(self, records: Records) -> list[Claim]:
-        """Return B's claims."""
-        from ocp_traj.papers.claims_b import claims
-
+        """Return the paper's claims."""
         return claims(self, records)
 
-    def figures(self, records: Records, folder: Path) -> list[Figure]:
-        """Draw B's figures."""
-        from ocp_traj.papers.figures import best_motion, joints_figure, motion_figure, tool_path_figure
-        from ocp_traj.transcription import trajectory_from_durations
-
-        task = self.task()
-        labels = self.protocol.labels
-        motions = {}
-        for label in labels:
-            motion = best_motion(task, records.runs(label, PUBLISHED_PROTOCOL), "duration")
-            if motion is not None:
-                motions[label] = motion
-        optimum = trajectory_from_durations(task, certified_optimum(task, records)["durations"])
-        path, length = tool_path_figure(task, optimum, folder / "paper-b-tool.png", "Paper B, Fig. 5")
+    def figures(self, records: Records) -> list[Picture | str]:
+        """Return the path of the tool, the convergence of the joints, and each method's best motion."""
+        task, labels = self.task(), self.protocol.labels
+        optimum = certified_optimum(task, records)["durations"]
+        best = {label: best_motion(task, records.runs(label, PUBLISHED_PROTOCOL), "duration") for label in labels}
         return [
-            Figure(
-                "1 to 4", "dimensions, frames, schematic and flow chart", impossible="drawings, not results"
-            ),
-            Figure(
-                "5",
-                f"Path of the tool on the feasible optimum, {length:.3f} m long. The paper plans its path in "
-                "space but prints only the four joint positions; between them the path is that of the 3-5-3 "
+            "Fig. 1 to 4, dimensions, frames, schematic and flow chart: not regenerated, drawings, not results.",
+            tool_picture(
+                task,
+                trajectory_from_durations(task, optimum),
+                "Fig. 5",
+                f"Path of the tool on the feasible optimum, {travelled(task, optimum):.3f} m long. The paper plans its "
+                "path in space but prints only the four joint positions; between them the path is that of the 3-5-3 "
                 "curve.",
-                path,
             ),
-            Figure(
-                "6",
+            joints_picture(
+                records,
+                labels,
+                PUBLISHED_PROTOCOL,
+                MOVING_JOINTS,
+                "Fig. 6",
                 "Convergence of every moving joint, median over seeds and quartiles (joint 1 does not move).",
-                joints_figure(
-                    records,
-                    labels,
-                    PUBLISHED_PROTOCOL,
-                    MOVING_JOINTS,
-                    folder / "paper-b-joints.png",
-                    "Paper B, Fig. 6",
-                ),
             ),
-            Figure(
-                "7",
+            motions_picture(
+                task,
+                {label: motion for label, motion in best.items() if motion is not None},
+                "Fig. 7",
                 "Position, velocity, acceleration and jerk of each method's best run (feasible first).",
-                motion_figure(task, motions, folder / "paper-b-motion.png", "Paper B, Fig. 7"),
             ),
         ]

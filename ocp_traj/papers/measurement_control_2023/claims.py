@@ -1,12 +1,15 @@
-"""What paper A claims, held against the records."""
+"""What paper A claims and how it calls its methods; every claim held against the records."""
 
 from __future__ import annotations
 
+from ocp_traj.papers.drawings import best_motion
 from ocp_traj.papers.experiments import PUBLISHED_PROTOCOL
 from ocp_traj.papers.measures import claim_first, claim_last, claim_order, spread_of
 from ocp_traj.papers.paper import Claim, Paper
-from ocp_traj.papers.printed_a import ISSA, PSO, SSA
 from ocp_traj.papers.records import Records
+
+ISSA, SSA, PSO = "ISSA of A", "SSA", "PSO"
+"""The paper's methods."""
 
 
 def claims(paper: Paper, records: Records) -> list[Claim]:
@@ -56,7 +59,6 @@ def _speed_claims(paper: Paper, records: Records) -> list[Claim]:
 
 def _motion_claims(paper: Paper, records: Records) -> list[Claim]:
     from ocp_traj.audit import audit
-    from ocp_traj.papers.figures import best_motion
 
     motion = best_motion(paper.task(), records.runs(ISSA, PUBLISHED_PROTOCOL), "energy")
     if motion is None:

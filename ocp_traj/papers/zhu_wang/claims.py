@@ -1,17 +1,34 @@
-"""What paper D claims, held against the records."""
+"""What Zhu and Wang (paper D) print and claim; every claim held against the records."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from ocp_traj.comparison.report.statistics import quartiles
 from ocp_traj.exceptions import OcpTrajError
 from ocp_traj.papers.experiments import PUBLISHED_PROTOCOL
 from ocp_traj.papers.joints_apart import totals
-from ocp_traj.papers.measures import claim_order, number, quartiles
-from ocp_traj.papers.motions import audit_durations, certified_optimum, claim_smooth, path_length
+from ocp_traj.papers.measures import claim_order, number
+from ocp_traj.papers.motions import audit_durations, certified_optimum, claim_smooth, travelled
 from ocp_traj.papers.paper import Claim, Paper
-from ocp_traj.papers.printed_d import IMPROVED, PLAIN, PRINTED_POINT, PUBLISHED, UNOPTIMISED, misprinted
 from ocp_traj.papers.records import Records
+
+if TYPE_CHECKING:
+    from ocp_traj.task import TrajectoryTask
+
+IMPROVED, PLAIN, REPAIRED = "PSO of D", "PSO", "PSO of D, repaired"
+"""The paper's methods, and its own as it was probably meant."""
+
+PUBLISHED = [0.311, 0.660, 1.676]
+"""Section 4, seconds."""
+
+UNOPTIMISED = [2.0, 2.0, 2.0]
+"""Section 4, seconds."""
+
+PRINTED_POINT, MENDED_POINT = "63.179", "-63.179"
+"""Joint 3 at the third waypoint, deg."""
 
 PRINTED_ALPHA = [0.0, -90.0, 0.0, -90.0, 90.0, -90.0]
 """Table 1, deg."""
@@ -27,6 +44,13 @@ def claims(paper: Paper, records: Records) -> list[Claim]:
         *_motion_claims(paper, records),
         *_print_claims(paper),
     ]
+
+
+def misprinted(paper: Paper) -> TrajectoryTask:
+    """Return the task with joint 3's third waypoint as printed."""
+    rows = np.rad2deg(paper.task().waypoints).round(3)
+    rows[2, 2] = float(PRINTED_POINT)
+    return paper.task((f"waypoints.joints={rows.tolist()}",))
 
 
 def _swarm_claims(paper: Paper, records: Records) -> list[Claim]:
@@ -77,14 +101,14 @@ def _swarm_claims(paper: Paper, records: Records) -> list[Claim]:
 def _motion_claims(paper: Paper, records: Records) -> list[Claim]:
     task = paper.task()
     shortest = certified_optimum(task, records)["durations"]
-    before, after = path_length(task, UNOPTIMISED), path_length(task, PUBLISHED)
+    before, after = travelled(task, UNOPTIMISED), travelled(task, PUBLISHED)
     mended = audit_durations(task, "", PUBLISHED)
     return [
         Claim(
             "a shorter path of the end effector",
             "section 4",
             f"2 s a segment: {before:.4f} m; printed durations: {after:.4f} m; shortest feasible motion: "
-            f"{path_length(task, shortest):.4f} m",
+            f"{travelled(task, shortest):.4f} m",
             "holds" if after < before else "does not hold",
         ),
         Claim(

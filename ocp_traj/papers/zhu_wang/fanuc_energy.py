@@ -1,16 +1,17 @@
-"""Energies of paper D's motions: its outlook, with inertia from FANUC's robot description."""
+"""Energies of the motions of Zhu and Wang (paper D): their outlook, with inertia from FANUC's robot description."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from ocp_traj.papers.fanuc_inertia import SOURCE, with_inertia
+from ocp_traj.comparison.report.document import Table
 from ocp_traj.papers.measures import number
 from ocp_traj.papers.motions import certified_optimum
-from ocp_traj.papers.paper import Table
-from ocp_traj.papers.printed_d import PUBLISHED, UNOPTIMISED
+from ocp_traj.papers.paper import table_of
 from ocp_traj.papers.records import Records
+from ocp_traj.papers.zhu_wang.claims import PUBLISHED, UNOPTIMISED
+from ocp_traj.papers.zhu_wang.fanuc_inertia import SOURCE, with_inertia
 
 if TYPE_CHECKING:
     from ocp_traj.task import TrajectoryTask
@@ -18,14 +19,10 @@ if TYPE_CHECKING:
 
 def energy_table(task: TrajectoryTask, records: Records) -> Table:
     """Return durations and energies of known motions and of the least-energy ones within given times."""
-    from ocp_traj.case import task_digest
-
-    heavy, shortest = with_inertia(task), certified_optimum(task, records)["durations"]
-    found = records.computed(
-        "energies", lambda: {"rows": _compute_energies(heavy, shortest)}, task_digest(heavy)
-    )
-    rows = tuple((row["motion"], number(row["duration"]), number(row["energy"], 1)) for row in found["rows"])
-    return Table(
+    shortest = certified_optimum(task, records)["durations"]
+    found = records.computed("energies", lambda: {"rows": _compute_energies(with_inertia(task), shortest)})
+    rows = [(row["motion"], number(row["duration"]), number(row["energy"], 1)) for row in found["rows"]]
+    return table_of(
         "Our extension: energy, the paper's outlook",
         ("motion", "duration, s", "energy, J"),
         rows,

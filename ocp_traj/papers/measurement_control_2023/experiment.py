@@ -1,22 +1,24 @@
-"""Paper A: energy-optimal welding trajectory of a UR5, degree-7 B-spline, improved sparrow search."""
+"""What is done for paper A: energy-optimal trajectory of a UR5, degree-7 B-spline, improved sparrow search."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
+from ocp_traj.comparison.report.statistics import quartiles
+from ocp_traj.papers.drawings import best_motion, convergence_picture, motions_picture
 from ocp_traj.papers.experiments import EQUAL_EVALUATIONS, PUBLISHED_PROTOCOL, Protocol
-from ocp_traj.papers.measures import number, order_with_tests, quartiles, with_unit
-from ocp_traj.papers.paper import Claim, Figure, Paper
-from ocp_traj.papers.printed_a import ISSA, PSO, SSA
+from ocp_traj.papers.measurement_control_2023.claims import ISSA, PSO, SSA, claims
+from ocp_traj.papers.measures import number, order_with_tests, with_unit
+from ocp_traj.papers.paper import Claim, Paper
 from ocp_traj.papers.records import Records
+from ocp_traj.pictures.picture import Picture
 
 
-class PaperA(Paper):
+class MeasurementControl2023(Paper):
     """Energy of a UR5 on its return trip; the printed points, limits and energies are lost."""
 
     key = "A"
+    name = "Measurement and Control 2023"
     title = "Energy-optimal welding trajectory by an improved sparrow search"
-    reference = "doi:10.1177/00202940231220080"
+    reference = "Measurement and Control (2023), doi:10.1177/00202940231220080"
     summary = (
         "A UR5 returns empty from palletizing through eight joint positions. A B-spline of degree 7 joins "
         "them; the seven durations are chosen for the least energy (integral of the sum of |torque times "
@@ -53,7 +55,7 @@ class PaperA(Paper):
         best = records.raw("IPOPT", "energy", EQUAL_EVALUATIONS)
         medians = ", ".join(f"{label} {with_unit(quartiles(own[label])[1], 'J')}" for label in ordered)
         feasible = {
-            label: int(sum(row["feasible"] for row in records.runs(label, PUBLISHED_PROTOCOL)))
+            label: int(sum(row.record.feasible for row in records.runs(label, PUBLISHED_PROTOCOL)))
             for label in own
         }
         return [
@@ -67,50 +69,32 @@ class PaperA(Paper):
         ]
 
     def claims(self, records: Records) -> list[Claim]:
-        """Return A's claims."""
-        from ocp_traj.papers.claims_a import claims
-
+        """Return the paper's claims."""
         return claims(self, records)
 
-    def figures(self, records: Records, folder: Path) -> list[Figure]:
-        """Draw A's figures."""
-        from ocp_traj.papers.figures import best_motion, convergence_figure, motion_figure
-
-        labels = self.protocol.labels
+    def figures(self, records: Records) -> list[Picture | str]:
+        """Return the convergence of the methods, and the best motion."""
         motion = best_motion(self.task(), records.runs(ISSA, PUBLISHED_PROTOCOL), "energy")
-        found = [
-            Figure("1", "flow chart: a drawing, not a result", impossible="nothing to compute"),
-            Figure(
-                "2",
+        figures: list[Picture | str] = [
+            "Fig. 1, flow chart: a drawing, not a result: not regenerated, nothing to compute.",
+            convergence_picture(
+                records,
+                self.protocol.labels,
+                PUBLISHED_PROTOCOL,
+                "Fig. 2",
                 "Energy over evaluations, median and quartiles over seeds (the paper shows one run over generations; "
                 "a curve starts where more than half of the runs are feasible).",
-                convergence_figure(
-                    records,
-                    labels,
-                    PUBLISHED_PROTOCOL,
-                    folder / "paper-a-convergence.png",
-                    "Paper A, Fig. 2",
-                    "J",
-                ),
+                "J",
             ),
         ]
         if motion is not None:
-            name = motion_figure(
-                self.task(),
-                {ISSA: motion},
-                folder / "paper-a-motion.png",
-                "Paper A, Figs. 3 to 6, stand-in case",
-            )
-            found.append(
-                Figure("3 to 6", "Position, velocity, acceleration and jerk of ISSA's best motion.", name)
-            )
-        return found
+            caption = "Position, velocity, acceleration and jerk of ISSA's best motion."
+            figures.append(motions_picture(self.task(), {ISSA: motion}, "Fig. 3 to 6", caption))
+        return figures
 
 
 def _feasibility(records: Records) -> str:
-    rows = records.runs("IPOPT", EQUAL_EVALUATIONS)
-    if not rows:
+    runs = [row.record for row in records.runs("IPOPT", EQUAL_EVALUATIONS)]
+    if not runs:
         return "not run"
-    return (
-        "feasible by the audit" if rows[0]["feasible"] else f"not feasible by the audit: {rows[0]['message']}"
-    )
+    return "feasible by the audit" if runs[0].feasible else f"not feasible by the audit: {runs[0].message}"

@@ -1,0 +1,1 @@
+"""Zhu and Wang (paper D); the text we have prints no year."""
