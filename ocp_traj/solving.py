@@ -13,6 +13,7 @@ from ocp_traj.audit import Verdict, audit
 from ocp_traj.audit.costs import energy, objective_value
 from ocp_traj.solvers import Outcome, Request, Solver, parse_solver
 from ocp_traj.trajectory_files import to_json as trajectory_to_json
+from ocp_traj.version import __version__
 
 if TYPE_CHECKING:
     from metaheuristics import Solution
@@ -326,9 +327,7 @@ def versions() -> dict[str, str]:
     """Return the versions of this package and of those its numbers depend on."""
     from importlib.metadata import PackageNotFoundError, version
 
-    import ocp_traj
-
-    found = {"ocp_traj": ocp_traj.__version__}
+    found = {"ocp_traj": __version__}
     for package in ("casadi", "pin", "numpy", "scipy", "toppra", "cvxpy", "clarabel"):
         try:
             found[package] = version(package)

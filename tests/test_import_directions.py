@@ -14,7 +14,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 
 LAYERS = (
-    ("exceptions", "arrays", "units"),
+    ("exceptions", "arrays", "units", "version"),
     ("codegen", "spline"),
     ("robot", "trajectory"),
     ("task",),
@@ -25,6 +25,7 @@ LAYERS = (
     ("pictures",),
     ("papers", "comparison"),
     ("cli",),
+    ("__main__",),
 )
 """Parts of ocp_traj from lowest to highest; one imports from its own layer and those below."""
 

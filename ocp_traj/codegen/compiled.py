@@ -23,8 +23,8 @@ from pathlib import Path
 
 import casadi as ca
 
-from ocp_traj import __version__
 from ocp_traj.exceptions import InputError, UnavailableError
+from ocp_traj.version import __version__
 
 NO_COMPILER_VARIABLE = "OCP_TRAJ_NO_COMPILER"
 """Set it to 1 to use the interpreter always."""
