@@ -40,6 +40,7 @@ FENCES = {
     "clarabel": ("references",),
     "pandas": ("comparison",),
     "matplotlib": ("pictures", "papers"),
+    "coal": ("pictures",),
     "tomllib": ("case",),
     "tomli": ("case",),
     "tomli_w": ("case",),
