@@ -19,7 +19,7 @@ _SHORTEST_STEP = 1e-6
 
 
 @dataclass(frozen=True)
-class Samples:
+class ControllerSamples:
     """What a controller gets: strictly increasing times from 0 and the states there.
 
     Parameters
@@ -39,7 +39,9 @@ class Samples:
     scale: float
 
 
-def sample_for_controller(trajectory: Trajectory, rate: float, task: TrajectoryTask | None = None) -> Samples:
+def sample_for_controller(
+    trajectory: Trajectory, rate: float, task: TrajectoryTask | None = None
+) -> ControllerSamples:
     """Sample a motion so that the quintic a controller draws through the samples keeps the limits.
 
     Every breakpoint is a sample, in addition to an even grid: between samples the quintic through q, v, a
@@ -65,11 +67,11 @@ def sample_for_controller(trajectory: Trajectory, rate: float, task: TrajectoryT
     raise InputError("no slowing was found that keeps the limits between samples, expected a higher --rate")
 
 
-def _sample(trajectory: Trajectory, rate: float, scale: float) -> Samples:
+def _sample(trajectory: Trajectory, rate: float, scale: float) -> ControllerSamples:
     times = np.round(sampling_times(trajectory, rate) / NANOSECOND)
     start = trajectory.breakpoints[0]
     at = start + times * NANOSECOND
-    return Samples(times, trajectory(at), trajectory(at, 1), trajectory(at, 2), scale)
+    return ControllerSamples(times, trajectory(at), trajectory(at, 1), trajectory(at, 2), scale)
 
 
 def sampling_times(trajectory: Trajectory, rate: float) -> Array:
@@ -92,7 +94,7 @@ def sampling_times(trajectory: Trajectory, rate: float) -> Array:
     return np.union1d(breakpoints, grid[np.minimum(left, right) > step])
 
 
-def _needed_scale(task: TrajectoryTask, motion: Trajectory, samples: Samples) -> float | None:
+def _needed_scale(task: TrajectoryTask, motion: Trajectory, samples: ControllerSamples) -> float | None:
     """Return the slowing with which the controller's quintic keeps the limits; 1 when it does already."""
     from ocp_traj.audit import audit
 
@@ -114,7 +116,7 @@ def _needed_scale(task: TrajectoryTask, motion: Trajectory, samples: Samples) ->
     return float(max(factors))
 
 
-def interpolated(samples: Samples, motion: Trajectory) -> Trajectory:
+def interpolated(samples: ControllerSamples, motion: Trajectory) -> Trajectory:
     """Return the quintic motion a joint-trajectory controller draws through the samples."""
     t = samples.nanoseconds * NANOSECOND
     h = np.diff(t)[:, None]
@@ -134,7 +136,7 @@ def interpolated(samples: Samples, motion: Trajectory) -> Trajectory:
     return Trajectory(t, coefficients, waypoints, "quintic", motion.case)
 
 
-def to_ros2(samples: Samples, joint_names: Sequence[str]) -> str:
+def to_ros2(samples: ControllerSamples, joint_names: Sequence[str]) -> str:
     """Return a FollowJointTrajectory goal as YAML, as ``ros2 action send_goal`` takes it.
 
     Raises

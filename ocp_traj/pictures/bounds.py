@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ocp_traj.comparison.report.judging import Judgement, Problem
+from ocp_traj.comparison.report.judging import ComparedProblem, Judgement
 from ocp_traj.exceptions import InputError
 from ocp_traj.pictures.picture import LIMIT, Line, Panel, Picture
 
@@ -55,7 +55,7 @@ def result_entries(durations: Mapping[str, float]) -> list[TimeEntry]:
     return [TimeEntry(name, seconds, FOUND) for name, seconds in durations.items() if np.isfinite(seconds)]
 
 
-def problem_entries(judgement: Judgement, problem: Problem) -> list[TimeEntry]:
+def problem_entries(judgement: Judgement, problem: ComparedProblem) -> list[TimeEntry]:
     """Return what a comparison knows of one problem's duration: references, and the shortest of every solver."""
     known = [
         ("kinematic bound", problem.lower_bound, PROVED),

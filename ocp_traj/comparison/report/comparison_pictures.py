@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.comparison.report.judging import Group, Judgement, Problem
+from ocp_traj.comparison.report.judging import ComparedProblem, Group, Judgement
 from ocp_traj.comparison.report.profiles import (
     TARGETS,
     Curve,
@@ -28,7 +28,7 @@ SOLVED = 0.01
 _GRID = 80
 
 
-def convergence_picture(judgement: Judgement, problem: Problem) -> Picture:
+def convergence_picture(judgement: Judgement, problem: ComparedProblem) -> Picture:
     """Return the best verified objective so far over evaluations and seconds: median and quartiles."""
     panels = tuple(_convergence_panel(judgement, problem, measure) for measure in MEASURES)
     caption = (
@@ -41,7 +41,7 @@ def convergence_picture(judgement: Judgement, problem: Problem) -> Picture:
     )
 
 
-def _convergence_panel(judgement: Judgement, problem: Problem, measure: str) -> Panel:
+def _convergence_panel(judgement: Judgement, problem: ComparedProblem, measure: str) -> Panel:
     lines, bands, ends = [], [], []
     for place, solver in enumerate(judgement.solvers):
         group = judgement.group(problem, solver)

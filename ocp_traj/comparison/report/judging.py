@@ -20,14 +20,14 @@ from ocp_traj.comparison.report.statistics import (
     friedman,
     median,
 )
-from ocp_traj.comparison.runs.store import Row
+from ocp_traj.comparison.runs.store import StoredRun
 
 CASES_AS_BLOCKS = 6
 """From this many problems on, tests are over problems (medians), not over single runs."""
 
 
 @dataclass(frozen=True)
-class Problem:
+class ComparedProblem:
     """A case under one setting, with what is known about its answer.
 
     Parameters
@@ -70,9 +70,9 @@ class Problem:
 class Group:
     """All runs of one solver on one problem."""
 
-    problem: Problem
+    problem: ComparedProblem
     solver: str
-    rows: tuple[Row, ...]
+    rows: tuple[StoredRun, ...]
     courses: tuple[Course, ...]
 
     @property
@@ -91,7 +91,7 @@ class Group:
         return Counter(describe_failure(row) for row in self.rows if not row.record.feasible)
 
     @property
-    def best(self) -> Row | None:
+    def best(self) -> StoredRun | None:
         """The feasible run of the best objective (the first seed among equals)."""
         feasible = [row for row in self.rows if row.record.feasible]
         return min(feasible, key=lambda row: (objective_of(row), row.seed_index), default=None)
@@ -129,7 +129,7 @@ class Judgement:
         (blocks, solvers) objective over the best of the problem, infinite where failed.
     """
 
-    problems: tuple[Problem, ...]
+    problems: tuple[ComparedProblem, ...]
     solvers: tuple[str, ...]
     groups: Mapping[tuple[tuple[str, str], str], Group]
     ranks: Friedman
@@ -137,7 +137,7 @@ class Judgement:
     block_kind: str
     ratios: Array
 
-    def group(self, problem: Problem, solver: str) -> Group | None:
+    def group(self, problem: ComparedProblem, solver: str) -> Group | None:
         """Return the runs of a solver on a problem, or None when there are none yet."""
         return self.groups.get((problem.key, solver))
 
@@ -150,7 +150,7 @@ class Judgement:
         ]
 
 
-def objective_of(row: Row) -> float:
+def objective_of(row: StoredRun) -> float:
     """Return a run's objective, infinite where the audit refuses its answer."""
     return _or_infinite(row.record.objective) if row.record.feasible else np.inf
 
@@ -159,7 +159,7 @@ def _or_infinite(value: float | None) -> float:
     return np.inf if value is None else float(value)
 
 
-def describe_failure(row: Row) -> str:
+def describe_failure(row: StoredRun) -> str:
     """Return in a few words why a run did not succeed."""
     record = row.record
     if record.reason:
@@ -170,7 +170,7 @@ def describe_failure(row: Row) -> str:
     return f"{said} {record.worst['limit']} at {_or_infinite(record.worst['ratio']):.4g} of its limit"
 
 
-def judge(rows: Sequence[Row], cases: Mapping[str, Mapping[str, Any]]) -> Judgement:
+def judge(rows: Sequence[StoredRun], cases: Mapping[str, Mapping[str, Any]]) -> Judgement:
     """Judge stored runs.
 
     Parameters
@@ -197,8 +197,10 @@ def _nan_last(value: float) -> float:
     return np.inf if np.isnan(value) else value
 
 
-def _problems(rows: Sequence[Row], cases: Mapping[str, Mapping[str, Any]]) -> tuple[Problem, ...]:
-    found: dict[tuple[str, str], Row] = {}
+def _problems(
+    rows: Sequence[StoredRun], cases: Mapping[str, Mapping[str, Any]]
+) -> tuple[ComparedProblem, ...]:
+    found: dict[tuple[str, str], StoredRun] = {}
     best: dict[tuple[str, str], float] = defaultdict(lambda: np.inf)
     settings: dict[str, set[str]] = defaultdict(set)
     for row in rows:
@@ -213,7 +215,7 @@ def _problems(rows: Sequence[Row], cases: Mapping[str, Mapping[str, Any]]) -> tu
     return tuple(sorted(problems, key=lambda problem: problem.label))
 
 
-def _problem(row: Row, case: Mapping[str, Any], best: float, several: bool) -> Problem:
+def _problem(row: StoredRun, case: Mapping[str, Any], best: float, several: bool) -> ComparedProblem:
     reference = case.get("reference") or {}
     given = reference.get("toppra") or {}
     timings = {name: value for name, value in given.items() if isinstance(value, (int, float))}
@@ -221,7 +223,7 @@ def _problem(row: Row, case: Mapping[str, Any], best: float, several: bool) -> P
     bound = reference.get("kinematic_bound") or {}
     budget = "own budget" if row.budget is None else f"{row.budget} evaluations"
     label = f"{row.case_name} ({budget})" if several else row.case_name
-    return Problem(
+    return ComparedProblem(
         row.case_digest,
         row.settings_digest,
         row.case_name,
@@ -240,8 +242,10 @@ def _problem(row: Row, case: Mapping[str, Any], best: float, several: bool) -> P
     )
 
 
-def _groups(rows: Sequence[Row], problems: Sequence[Problem]) -> dict[tuple[tuple[str, str], str], Group]:
-    collected: dict[tuple[tuple[str, str], str], list[Row]] = defaultdict(list)
+def _groups(
+    rows: Sequence[StoredRun], problems: Sequence[ComparedProblem]
+) -> dict[tuple[tuple[str, str], str], Group]:
+    collected: dict[tuple[tuple[str, str], str], list[StoredRun]] = defaultdict(list)
     for row in rows:
         collected[(row.case_digest, row.settings_digest), row.solver].append(row)
     known = {problem.key: problem for problem in problems}
@@ -251,7 +255,7 @@ def _groups(rows: Sequence[Row], problems: Sequence[Problem]) -> dict[tuple[tupl
     }
 
 
-def _courses(rows: Sequence[Row]) -> tuple[Course, ...]:
+def _courses(rows: Sequence[StoredRun]) -> tuple[Course, ...]:
     """Return the courses; a run that died is taken to have spent what the longest of its siblings did."""
     told = [row.record.evaluations for row in rows if row.record.evaluations is not None]
     assumed = max([*told, *(row.budget for row in rows if row.budget is not None)], default=1)
@@ -259,7 +263,9 @@ def _courses(rows: Sequence[Row]) -> tuple[Course, ...]:
 
 
 def _blocks(
-    problems: Sequence[Problem], solvers: Sequence[str], groups: Mapping[tuple[tuple[str, str], str], Group]
+    problems: Sequence[ComparedProblem],
+    solvers: Sequence[str],
+    groups: Mapping[tuple[tuple[str, str], str], Group],
 ) -> tuple[Array, str]:
     """Return objective ratios (blocks, solvers); blocks that miss a solver are left out, being unfinished."""
     if len(problems) >= CASES_AS_BLOCKS:
@@ -279,7 +285,7 @@ def _blocks(
     return np.array(blocks).reshape(len(blocks), len(solvers)), "runs"
 
 
-def _ratio(problem: Problem, objective: float) -> float:
+def _ratio(problem: ComparedProblem, objective: float) -> float:
     if problem.best is None:
         return np.inf
     return objective / problem.best if problem.best > 0 else 1.0 + objective - problem.best

@@ -9,10 +9,16 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.comparison.report.document import Cell, Table, count, format_number, number, text
-from ocp_traj.comparison.report.judging import Group, Judgement, Problem, describe_failure, median_interval
+from ocp_traj.comparison.report.judging import (
+    ComparedProblem,
+    Group,
+    Judgement,
+    describe_failure,
+    median_interval,
+)
 from ocp_traj.comparison.report.profiles import best_at, expected_running_time, target_value
 from ocp_traj.comparison.report.statistics import Interval, describe_superiority, median
-from ocp_traj.comparison.runs.store import Row
+from ocp_traj.comparison.runs.store import StoredRun
 
 RUNS_SHOWN = 500
 SHOWN_TARGETS = (0.1, 0.01, 0.001)
@@ -239,7 +245,7 @@ def budget_table(judgement: Judgement) -> Table:
     return Table("Fixed budget: gap after so many evaluations", columns, tuple(rows), note, words=2)
 
 
-def _gaps_at(group: Group, problem: Problem, budgets: Array) -> Array:
+def _gaps_at(group: Group, problem: ComparedProblem, budgets: Array) -> Array:
     """Return the gap, in % of the best known value, of every run after each budget (runs, budgets)."""
     best = problem.best or 0.0
     costs = np.array([best_at(course, budgets, "evaluations") for course in group.courses])
@@ -312,7 +318,7 @@ def audit_table(judgement: Judgement) -> Table:
     return Table("Audit of the best run of each solver", columns, tuple(rows), note, words=4, wide=(6,))
 
 
-def _findings(row: Row) -> tuple[Cell, ...]:
+def _findings(row: StoredRun) -> tuple[Cell, ...]:
     record = row.record
     worst = record.worst
     joint = f", joint {worst['joint']}" if worst and worst.get("joint") else ""
@@ -346,7 +352,7 @@ def failure_table(judgement: Judgement) -> Table | None:
     )
 
 
-def run_table(rows: Sequence[Row]) -> Table:
+def run_table(rows: Sequence[StoredRun]) -> Table:
     """Return the single runs, as many as a page can bear."""
     shown = [
         (

@@ -28,7 +28,7 @@ REFERENCE_RUNNERS = {
 
 
 @dataclass(frozen=True)
-class Progress:
+class ComparisonProgress:
     """Told after every finished run: how many of how many, and which."""
 
     finished: int
@@ -51,7 +51,7 @@ def compare(
     folder: Path,
     jobs: int = 1,
     dask: str | None = None,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Callable[[ComparisonProgress], None] | None = None,
     identify: Callable[[CaseChoice], tuple[str, str]] = identify_case,
 ) -> None:
     """Execute the runs of `plan` that `folder` does not hold yet.
@@ -82,13 +82,13 @@ def compare(
             store.add_case(spec)
         todo = missing(store, specs)
         report = progress or _say_nothing
-        report(Progress(len(specs) - len(todo), len(specs), None, None))
+        report(ComparisonProgress(len(specs) - len(todo), len(specs), None, None))
         for finished, (spec, record) in enumerate(_run_all(store, plan, todo, specs, jobs, dask), start=1):
             store.add_run(spec, record, number)
-            report(Progress(len(specs) - len(todo) + finished, len(specs), spec, record))
+            report(ComparisonProgress(len(specs) - len(todo) + finished, len(specs), spec, record))
 
 
-def _say_nothing(_: Progress) -> None:
+def _say_nothing(_: ComparisonProgress) -> None:
     pass
 
 
