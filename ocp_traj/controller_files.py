@@ -10,6 +10,7 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import InputError
+from ocp_traj.spline.hermite import hermite_pieces
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
@@ -119,19 +120,7 @@ def _needed_scale(task: TrajectoryTask, motion: Trajectory, samples: ControllerS
 def interpolated(samples: ControllerSamples, motion: Trajectory) -> Trajectory:
     """Return the quintic motion a joint-trajectory controller draws through the samples."""
     t = samples.nanoseconds * NANOSECOND
-    h = np.diff(t)[:, None]
-    v0, v1 = samples.v[:-1] * h, samples.v[1:] * h
-    a0, a1 = samples.a[:-1] * h**2, samples.a[1:] * h**2
-    travel = np.diff(samples.q, axis=0)
-    terms = (
-        samples.q[:-1],
-        v0,
-        a0 / 2,
-        10 * travel - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1,
-        -15 * travel + 8 * v0 + 7 * v1 + 1.5 * a0 - a1,
-        6 * travel - 3 * v0 - 3 * v1 - 0.5 * a0 + 0.5 * a1,
-    )
-    coefficients = np.stack([term / h**power for power, term in enumerate(terms)], axis=2)
+    coefficients = hermite_pieces(t, samples.q, samples.v, samples.a)
     waypoints = np.round((motion.waypoint_times - motion.breakpoints[0]) / NANOSECOND) * NANOSECOND
     return Trajectory(t, coefficients, waypoints, "quintic", motion.case)
 

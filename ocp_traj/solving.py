@@ -11,6 +11,7 @@ import numpy as np
 
 from ocp_traj.audit import Verdict, audit
 from ocp_traj.audit.costs import energy, objective_value
+from ocp_traj.files import finite
 from ocp_traj.solvers import Outcome, Request, Solver, parse_solver
 from ocp_traj.trajectory_files import to_json as trajectory_to_json
 from ocp_traj.version import __version__
@@ -115,9 +116,9 @@ class SolveResult:
             "status": self.status,
             "message": self.message,
             "feasible": self.feasible,
-            "objective": _finite(self.objective),
-            "duration": _finite(self.duration),
-            "energy": _finite(self.energy),
+            "objective": finite(self.objective),
+            "duration": finite(self.duration),
+            "energy": finite(self.energy),
             "segment_durations": [float(h) for h in self.segment_durations],
             "worst": None if verdict is None else verdict["worst"],
             "evaluations": self.solution.evaluations,
@@ -334,7 +335,3 @@ def versions() -> dict[str, str]:
         except PackageNotFoundError:
             continue
     return found
-
-
-def _finite(value: float | None) -> float | None:
-    return None if value is None or not np.isfinite(value) else float(value)

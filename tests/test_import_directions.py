@@ -14,7 +14,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 
 LAYERS = (
-    ("exceptions", "arrays", "units", "version"),
+    ("exceptions", "arrays", "units", "version", "files"),
     ("codegen", "spline"),
     ("robot", "trajectory"),
     ("task",),

@@ -13,6 +13,7 @@ import tomli_w
 
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import CaseError, TaskError
+from ocp_traj.files import write_atomically
 from ocp_traj.task import LIMIT_NAMES, Objective, TrajectoryTask
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ def write_case(task: TrajectoryTask, path: str | Path) -> None:
     path = Path(path)
     text = dumps(task, path.parent)
     try:
-        path.write_text(text, encoding="utf-8", newline="\n")
+        write_atomically(path, text)
     except OSError as error:
         raise CaseError(str(path), "", f"cannot be written ({error.strerror or error})") from None
 

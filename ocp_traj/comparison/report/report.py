@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +19,7 @@ from ocp_traj.comparison.report.judging import ComparedProblem, Judgement, judge
 from ocp_traj.comparison.report.story import LIMITATIONS, describe_machine, tell_story
 from ocp_traj.comparison.runs.store import Store, StoredRun
 from ocp_traj.exceptions import InputError, OcpTrajError
+from ocp_traj.files import write_atomically
 from ocp_traj.pictures.bounds import bounds_picture, problem_entries
 from ocp_traj.pictures.motion import motion_picture, path_picture, power_picture
 from ocp_traj.pictures.picture import Picture
@@ -78,13 +78,8 @@ def write_report(folder: Path) -> ReportFiles:
 
 
 def _replace(path: Path, content: str) -> None:
-    temporary = path.with_name(path.name + ".part")
     try:
-        try:
-            temporary.write_text(content, encoding="utf-8")
-            os.replace(temporary, path)
-        finally:
-            temporary.unlink(missing_ok=True)
+        write_atomically(path, content)
     except OSError as error:
         raise InputError(f"cannot write {path}: {error.strerror or error}") from None
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any
+
+from ocp_traj.files import finite
 
 
 @dataclass(frozen=True)
@@ -79,14 +80,3 @@ class RunRecord:
         if unknown:
             raise ValueError(f"record has unknown field {unknown[0]!r}")
         return cls(**{**values, "findings": tuple(values.get("findings", ()))})
-
-
-def finite(value: Any) -> Any:
-    """Return the same nested value with every infinite or undefined number replaced by None."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Mapping):
-        return {key: finite(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [finite(entry) for entry in value]
-    return value

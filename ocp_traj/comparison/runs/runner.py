@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ocp_traj.comparison.runs.record import finite
+from ocp_traj.files import finite
 
 HISTORY_POINTS = 256
 """At most this many points of a convergence history are kept."""
@@ -51,9 +51,9 @@ def pack_result(result: Any) -> dict[str, Any]:
         "message": result.message,
         "claimed": claims_success(solution),
         "feasible": verdict is not None and bool(verdict.feasible),
-        "objective": _number(result.objective),
-        "duration": _number(result.duration),
-        "energy": _number(result.energy),
+        "objective": finite(result.objective),
+        "duration": finite(result.duration),
+        "energy": finite(result.energy),
         "dimension": int(np.size(solution.x)) or None,
         "evaluations": int(solution.evaluations),
         "build_time": float(solution.build_time),
@@ -77,10 +77,6 @@ def pack_result(result: Any) -> dict[str, Any]:
         }
     packed: dict[str, Any] = finite(answer)
     return packed
-
-
-def _number(value: float | None) -> float | None:
-    return None if value is None or not np.isfinite(value) else float(value)
 
 
 def claims_success(solution: Any) -> bool:

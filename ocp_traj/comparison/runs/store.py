@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -13,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ocp_traj.comparison.runs.plan import Plan, RunSpec
-from ocp_traj.comparison.runs.record import RunRecord, finite
+from ocp_traj.comparison.runs.record import RunRecord
 from ocp_traj.comparison.runs.stored_values import (
     COLUMNS,
     check_columns,
@@ -24,6 +23,7 @@ from ocp_traj.comparison.runs.stored_values import (
     load_texts,
 )
 from ocp_traj.exceptions import InputError, UnavailableError
+from ocp_traj.files import finite, write_atomically
 
 FILE_NAME = "results.sqlite"
 
@@ -271,13 +271,8 @@ class Store:
         )
         name = f"{safe[:80]}-{spec.seed}-{spec.case_digest[:6]}{spec.settings_digest[:6]}.spline.json"
         path = self.folder / "trajectories" / name
-        temporary = path.with_suffix(".part")
         try:
-            try:
-                temporary.write_text(json.dumps(trajectory))
-                os.replace(temporary, path)
-            finally:
-                temporary.unlink(missing_ok=True)
+            write_atomically(path, json.dumps(trajectory))
         except OSError as error:
             raise InputError(f"cannot write {path}: {error.strerror or error}") from None
         return name
