@@ -28,7 +28,7 @@ class CartesianSpeedLimit(SampledConstraint):
         robot = sample.task.robot
         assert robot is not None
         speeds = [
-            robot.frame_velocity(frame)(sample.q, sample.v) for frame, _ in sample.task.limits.cartesian_speed
+            robot.symbolic.velocity(frame)(sample.q, sample.v) for frame, _ in sample.task.limits.cartesian_speed
         ]
         return ca.vertcat(*[ca.dot(speed, speed) for speed in speeds])
 

@@ -29,7 +29,7 @@ class TorqueRateLimit(SampledConstraint):
         columns = [ca.SX.sym(name, sample.task.n) for name in "qva"]
         state = ca.vertcat(*columns)
         direction = ca.SX.sym("direction", state.numel())
-        rate = ca.jtimes(sample.task.robot.inverse_dynamics(*columns), state, direction)
+        rate = ca.jtimes(sample.task.robot.symbolic.inverse_dynamics(*columns), state, direction)
         function = ca.Function("torque_rate", [state, direction], [rate])
         value = function(ca.vertcat(sample.q, sample.v, sample.a), ca.vertcat(sample.v, sample.a, sample.j))
         return value[self.joints(sample.task)]

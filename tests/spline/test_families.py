@@ -191,8 +191,9 @@ def test_batches_and_symbols_give_the_same_numbers_as_single_curves(name):
 def test_hermite_pieces_keep_the_digits_of_a_short_piece() -> None:
     """The jerk of the quintic through samples of a parabola, 1 kHz and far from zero, is that of the parabola: zero."""
     times = np.arange(200) / 1024
-    position = 10.0 / 3.0 + times + 0.5 * times**2
-    pieces = hermite_pieces(times, *(x[:, None] for x in (position, 1.0 + times, np.ones_like(times))))
+    position = 3.0 + times + times**2 / 6.0
+    states = position, 1.0 + times / 3.0, np.full_like(times, 1.0 / 3.0)
+    pieces = hermite_pieces(times, *(state[:, None] for state in states))
     jerk = 6.0 * np.abs(pieces[:, 0, 3])
     # A rounding error of the position, over the cube of the step.
     assert 0.0 < jerk.max() < 60 * np.finfo(float).eps * position.max() * 1024**3
