@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from ocp_traj.comparison.report.statistics import (
     median,
 )
 from ocp_traj.comparison.runs.store import StoredRun
+from ocp_traj.references.reference import Reference
 
 CASES_AS_BLOCKS = 6
 """From this many problems on, tests are over problems (medians), not over single runs."""
@@ -36,34 +37,56 @@ class ComparedProblem:
         What makes runs comparable.
     name, label
         The case's name, and that with the budget where the comparison has several.
-    toppra
-        Best TOPP-RA duration over its paths, s.
-    lower_bound, estimate
-        Certified and estimated shortest duration under velocity and acceleration limits, s.
     best
         Best audited objective of any run here.
+    references
+        Durations by reference and part, s; those that were found.
     missing_references
         Which references could not be computed, and why.
-    jerk_estimate
-        Estimated shortest duration with bounded jerk too, s; a local optimum.
     """
 
     digest: str
     settings_digest: str
     name: str
     label: str
-    toppra: float | None
-    toppra_path: str
-    lower_bound: float | None
-    estimate: float | None
     best: float | None
+    references: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     missing_references: tuple[str, ...] = ()
-    jerk_estimate: float | None = None
 
     @property
     def key(self) -> tuple[str, str]:
         """What rows are grouped by."""
         return (self.digest, self.settings_digest)
+
+    def known(self, reference: Reference) -> Mapping[str, float]:
+        """Return the durations of a reference by part, s."""
+        return self.references.get(reference.name, {})
+
+    def best_of(self, reference: Reference) -> float | None:
+        """Return the duration of a reference that results are compared with, s."""
+        part = reference.best(self.known(reference))
+        return None if part is None else self.known(reference)[part]
+
+    @property
+    def toppra(self) -> float | None:
+        """Best TOPP-RA duration over its paths, s."""
+        return min(self.references.get("toppra", {}).values(), default=None)
+
+    @property
+    def toppra_path(self) -> str:
+        """The path of that duration."""
+        timings = self.references.get("toppra", {})
+        return min(timings, key=lambda name: timings[name], default="")
+
+    @property
+    def lower_bound(self) -> float | None:
+        """Certified shortest duration under velocity and acceleration limits, s."""
+        return self.references.get("kinematic_bound", {}).get("lower")
+
+    @property
+    def estimate(self) -> float | None:
+        """Estimate of the same, s: a local optimum."""
+        return self.references.get("kinematic_bound", {}).get("estimate")
 
 
 @dataclass(frozen=True)
@@ -217,10 +240,10 @@ def _problems(
 
 def _problem(row: StoredRun, case: Mapping[str, Any], best: float, several: bool) -> ComparedProblem:
     reference = case.get("reference") or {}
-    given = reference.get("toppra") or {}
-    timings = {name: value for name, value in given.items() if isinstance(value, (int, float))}
-    path = min(timings, key=lambda name: timings[name], default="")
-    bound = reference.get("kinematic_bound") or {}
+    known = {
+        name: {part: value for part, value in found.items() if isinstance(value, (int, float))}
+        for name, found in reference.items()
+    }
     budget = "own budget" if row.budget is None else f"{row.budget} evaluations"
     label = f"{row.case_name} ({budget})" if several else row.case_name
     return ComparedProblem(
@@ -228,17 +251,13 @@ def _problem(row: StoredRun, case: Mapping[str, Any], best: float, several: bool
         row.settings_digest,
         row.case_name,
         label,
-        timings.get(path),
-        path,
-        bound.get("lower"),
-        bound.get("estimate"),
         best if np.isfinite(best) else None,
+        known,
         tuple(
             f"{part.replace('_', ' ')}: {found['failed']}"
             for part, found in reference.items()
             if "failed" in found
         ),
-        (reference.get("jerk_estimate") or {}).get("estimate"),
     )
 
 

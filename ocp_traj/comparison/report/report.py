@@ -12,6 +12,7 @@ from ocp_traj.comparison.report.comparison_pictures import (
     convergence_picture,
     data_picture,
     performance_picture,
+    problem_entries,
     runtime_picture,
 )
 from ocp_traj.comparison.report.document import Document, Fold, ReportSection, to_markdown
@@ -20,7 +21,7 @@ from ocp_traj.comparison.report.story import LIMITATIONS, describe_machine, tell
 from ocp_traj.comparison.runs.store import Store, StoredRun
 from ocp_traj.exceptions import InputError, OcpTrajError
 from ocp_traj.files import write_atomically
-from ocp_traj.pictures.bounds import bounds_picture, problem_entries
+from ocp_traj.pictures.bounds import bounds_picture
 from ocp_traj.pictures.motion import motion_picture, path_picture, power_picture
 from ocp_traj.pictures.picture import Picture
 from ocp_traj.pictures.svg import draw_picture

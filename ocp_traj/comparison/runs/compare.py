@@ -15,16 +15,13 @@ from ocp_traj.comparison.runs.plan import CaseChoice, Plan, RunSpec
 from ocp_traj.comparison.runs.record import RunRecord
 from ocp_traj.comparison.runs.store import Store, missing
 from ocp_traj.exceptions import InputError
+from ocp_traj.references.registry import all_references
 
 REFERENCE_SECONDS = 60.0
 """Time each of a case's references may take in a comparison."""
 
-REFERENCE_RUNNERS = {
-    "toppra": "ocp_traj.comparison.runs.runner:time_paths",
-    "kinematic_bound": "ocp_traj.comparison.runs.runner:bound_duration",
-    "jerk_estimate": "ocp_traj.comparison.runs.runner:estimate_with_jerk",
-}
-"""What computes each part of a case's references."""
+REFERENCE_RUNNER = "ocp_traj.comparison.runs.runner:find_reference"
+"""What computes a reference of a case."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +110,7 @@ def _missing_references(store: Store, specs: tuple[RunSpec, ...]) -> list[tuple[
     first = {spec.case_digest: spec for spec in reversed(specs)}
     return [
         (spec, part)
-        for part in REFERENCE_RUNNERS
+        for part in (reference.name for reference in all_references() if reference.compared)
         for digest, spec in first.items()
         if "failed" in (known[digest]["reference"] or {}).get(part, {"failed": "never tried"})
     ]
@@ -122,7 +119,8 @@ def _missing_references(store: Store, specs: tuple[RunSpec, ...]) -> list[tuple[
 def _reference_request(spec: RunSpec, part: str) -> dict[str, Any]:
     return {
         "kind": "reference",
-        "runner": REFERENCE_RUNNERS[part],
+        "runner": REFERENCE_RUNNER,
+        "reference": part,
         "case": spec.case,
         "overrides": spec.overrides,
         "time_limit": REFERENCE_SECONDS,

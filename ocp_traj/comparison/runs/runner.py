@@ -109,35 +109,12 @@ def thin_history(history: Any) -> dict[str, list[float]]:
     }
 
 
-def time_paths(request: Mapping[str, Any]) -> dict[str, Any]:
-    """Compute a case's TOPP-RA durations along its fixed paths, by path."""
+def find_reference(request: Mapping[str, Any]) -> dict[str, Any]:
+    """Compute one reference of a case: its durations by part, none where it does not apply."""
     from ocp_traj.case import load_case
-    from ocp_traj.references import toppra_reference
+    from ocp_traj.references import ReferenceRequest
+    from ocp_traj.references.registry import reference_named
 
     task = load_case(request["case"], request["overrides"])
-    found: dict[str, Any] = finite(
-        {path: toppra_reference(task, path).duration for path in ("uniform", "chord")}
-    )
-    return found
-
-
-def estimate_with_jerk(request: Mapping[str, Any]) -> dict[str, Any]:
-    """Estimate a case's shortest duration with bounded jerk; nothing where it has no jerk limit, or ends that move."""
-    from ocp_traj.case import load_case
-    from ocp_traj.references import jerk_estimate
-
-    task = load_case(request["case"], request["overrides"])
-    if not task.limited("jerk") or np.any(task.boundary.velocity):
-        return {}
-    found: dict[str, Any] = finite({"estimate": jerk_estimate(task).estimate})
-    return found
-
-
-def bound_duration(request: Mapping[str, Any]) -> dict[str, Any]:
-    """Compute a case's kinematic bound: ``lower`` is certified, ``estimate`` the same problem solved locally."""
-    from ocp_traj.case import load_case
-    from ocp_traj.references import kinematic_bound
-
-    bound = kinematic_bound(load_case(request["case"], request["overrides"]), time_limit=BOUND_SECONDS)
-    found: dict[str, Any] = finite({"lower": bound.lower, "estimate": bound.estimate})
-    return found
+    wanted = ReferenceRequest(task, time_limit=BOUND_SECONDS, brief=True)
+    return finite(reference_named(request["reference"]).find(wanted).seconds)
