@@ -124,8 +124,7 @@ class Trajectory:
         values = coefficients[:, :, -1].copy()
         for power in range(coefficients.shape[2] - 2, -1, -1):
             values = values * local + coefficients[:, :, power]
-        result: Array = values[0] if times.ndim == 0 else values
-        return result
+        return values[0] if times.ndim == 0 else values
 
     def gap_at(self, times: ArrayLike) -> NDArray[np.intp]:
         """Return the gap between waypoints, counted from 0, in which each time lies; the later one at a waypoint.

@@ -42,8 +42,7 @@ class LazyGroup(click.Group):
         if place is None:
             return None
         module, _, name = place.partition(":")
-        command: click.Command = getattr(importlib.import_module(module), name)
-        return command
+        return getattr(importlib.import_module(module), name)
 
 
 @click.group(

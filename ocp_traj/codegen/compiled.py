@@ -89,8 +89,7 @@ def _sources(functions: Sequence[ca.Function]) -> str:
     generator = ca.CodeGenerator("functions.c", {"with_header": False})
     for function in functions:
         generator.add(function)
-    text: str = generator.dump()
-    return text
+    return generator.dump()
 
 
 def build_library(text: str, optimize: int) -> Path:

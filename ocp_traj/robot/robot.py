@@ -248,8 +248,7 @@ class Robot:
         position = vector(q, self.n, "q")
         pin.forwardKinematics(self.bare_model, self._data, position)
         base = pin.SE3(self.base_placement).inverse().homogeneous
-        pose: Array = base @ self._data.oMi[joint].homogeneous @ placement
-        return pose
+        return base @ self._data.oMi[joint].homogeneous @ placement
 
     def link_placements(self, q: ArrayLike) -> Array:
         """Return the transforms (n + 1, 4, 4) from the base to the root and to what each joint moves, at `q` (n,).

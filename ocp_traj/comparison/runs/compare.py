@@ -130,8 +130,7 @@ def _reference_request(spec: RunSpec, part: str) -> dict[str, Any]:
 
 def _reference(answer: dict[str, Any]) -> dict[str, Any]:
     if answer.get("state") == "done":
-        found: dict[str, Any] = answer["answer"]
-        return found
+        return answer["answer"]
     return {"failed": f"{answer.get('reason')}: {answer.get('message')}"}
 
 

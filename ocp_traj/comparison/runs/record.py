@@ -69,8 +69,7 @@ class RunRecord:
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON values, every number finite or None."""
-        values: dict[str, Any] = finite(asdict(self))
-        return values
+        return finite(asdict(self))
 
     @classmethod
     def from_json(cls, values: Mapping[str, Any]) -> RunRecord:

@@ -75,8 +75,7 @@ def pack_result(result: Any) -> dict[str, Any]:
             "status": "failed",
             "message": f"objective is no number; {result.message}",
         }
-    packed: dict[str, Any] = finite(answer)
-    return packed
+    return finite(answer)
 
 
 def claims_success(solution: Any) -> bool:
