@@ -106,7 +106,7 @@ class SolveResult:
         return str(getattr(self.solution.problem, "encoding", ""))
 
     def to_json(self, references: dict[str, Any] | None = None) -> dict[str, Any]:
-        """Return the result as the contract's section 3 states it; every number finite or null."""
+        """Return the result as `solve --json` writes it (docs/cli.md); every number finite or null."""
         verdict = self.audit.to_json() if self.audit is not None else None
         return {
             "schema": 1,

@@ -16,7 +16,7 @@ class RunRecord:
     Parameters
     ----------
     status, message
-        The contract's word, and the solver's own sentence or the reason of the failure.
+        How the run ended, one of the words of `metaheuristics.Status`, and the solver's own sentence or the reason of the failure.
     reason
         Empty for a run that came to its end; else ``time limit``, ``memory limit``, ``crash`` or ``error``.
     claimed
@@ -38,7 +38,7 @@ class RunRecord:
     history
         Lists ``evaluations``, ``cost``, ``violation``, ``seconds``, equally long.
     trajectory
-        The exact curve as in the contract's section 4.
+        The exact curve, as `ocp_traj.trajectory_files.to_json` returns it.
     """
 
     status: str
