@@ -357,7 +357,7 @@ def test_ctrl_c_stops_a_comparison_and_keeps_what_is_finished(tmp_path: Path, ca
         "2",
     ]
     process = subprocess.Popen(
-        [sys.executable, "-m", "ocp_traj.cli.main", "compare", *arguments, "--output", str(folder)],
+        [sys.executable, "-m", "ocp_traj", "compare", *arguments, "--output", str(folder)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
