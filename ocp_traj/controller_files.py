@@ -10,6 +10,7 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import InputError
+from ocp_traj.quantities import limited_quantity
 from ocp_traj.spline.hermite import hermite_pieces
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
@@ -103,18 +104,10 @@ def _needed_scale(task: TrajectoryTask, motion: Trajectory, samples: ControllerS
     ratios = [extremum for extremum in audit(task, drawn).limits.values() if extremum.broken]
     if not ratios:
         return 1.0
-    powers = {
-        "velocity": 1,
-        "acceleration": 2,
-        "jerk": 3,
-        "torque": 2,
-        "torque_rate": 3,
-        "cartesian_speed": 1,
-    }
-    factors = [extremum.ratio ** (1.0 / powers.get(extremum.limit, 1)) for extremum in ratios]
-    if any(extremum.limit not in powers for extremum in ratios) or not all(map(math.isfinite, factors)):
+    powers = [getattr(limited_quantity(extremum.limit), "order", 0) for extremum in ratios]
+    if not all(powers) or not all(math.isfinite(extremum.ratio) for extremum in ratios):
         return None
-    return float(max(factors))
+    return float(max(extremum.ratio ** (1.0 / power) for extremum, power in zip(ratios, powers)))
 
 
 def interpolated(samples: ControllerSamples, motion: Trajectory) -> Trajectory:

@@ -20,21 +20,10 @@ from ocp_traj.arrays import Array, read_only
 from ocp_traj.audit.costs import objective_value
 from ocp_traj.exceptions import InputError
 from ocp_traj.files import finite
+from ocp_traj.quantities import COSTS
 from ocp_traj.solving import SolveResult, solve
 from ocp_traj.task import Objective, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
-
-UNITS = {
-    "energy": "J",
-    "energy_without_regeneration": "J",
-    "torque": "s",
-    "acceleration": "rad^2/s^3",
-    "jerk": "rad^2/s^5",
-    "motor_loss": "J",
-}
-"""Objectives beside time, and the unit of each (m in place of rad for prismatic joints)."""
-
-NEEDS_NO_ROBOT = ("acceleration", "jerk")
 
 FAST = 1e-4
 """At the fast end the cheapest of all motions within this part of the shortest duration is looked for."""
@@ -165,8 +154,8 @@ def pareto_front(
     points : int
         Number of points, 2 or more; their bounds on the duration are spaced geometrically.
     objective : str, optional
-        The second objective, a name of `UNITS`. By default what the task weighs beside time; if that is nothing, the
-        energy of a robot with inertia.
+        The second objective, a name of `ocp_traj.quantities.COSTS`. By default what the task weighs beside time; if
+        that is nothing, the energy of a robot with inertia.
     slowest : float
         The last bound, in units of the shortest duration; the task's own bound where that is less.
     solver : str
@@ -232,7 +221,7 @@ def follow_front(
         raise InputError(f"the slowest motion shall take {slowest} times the shortest, expected more than 1")
     effort = second_objective(task, objective)
     asked: dict[str, Any] = {"seed": seed, "time_limit": time_limit}
-    fastest = solve(task.changed(objective=_only_time(task.objective)), solver, **asked)
+    fastest = solve(task.changed(objective=task.objective.with_weights({"time": 1.0})), solver, **asked)
     high = float(np.asarray(task.objective.duration)[1])
     if not fastest.feasible or fastest.trajectory is None or fastest.duration is None:
         yield FrontPoint(0, high, fastest)
@@ -284,26 +273,33 @@ def second_objective(task: TrajectoryTask, name: str | None = None) -> Objective
         if not task.has_inertia:
             raise InputError(
                 f"{task.name} weighs time only and has no robot with inertia: choose the second objective, one of "
-                f"{', '.join(NEEDS_NO_ROBOT)}"
+                f"{', '.join(_efforts(kinematic=True))}"
             )
         name = "energy"
-    if name not in UNITS:
-        raise InputError(f"the objective {name!r} is unknown, expected one of {', '.join(UNITS)}")
-    if name not in NEEDS_NO_ROBOT and not task.has_inertia:
+    if name not in _efforts():
+        raise InputError(f"the objective {name!r} is unknown, expected one of {', '.join(_efforts())}")
+    if COSTS[name].needs_inertia and not task.has_inertia:
         raise InputError(
-            f"{name} needs a robot with inertia, but {task.name} has none; expected one of {', '.join(NEEDS_NO_ROBOT)}"
+            f"{name} needs a robot with inertia, but {task.name} has none; expected one of "
+            f"{', '.join(_efforts(kinematic=True))}"
         )
     if name == "motor_loss" and own.motor is None:
         raise InputError(f"motor_loss needs the motors' parameters, but {task.name} has none in robot.motor")
-    weights = {**dict.fromkeys(Objective.WEIGHTS, 0.0), name: 1.0}
-    return replace(own, custom=(), **weights)  # type: ignore[arg-type]
+    return own.with_weights({name: 1.0})
+
+
+def _efforts(kinematic: bool = False) -> list[str]:
+    """Return the costs beside time, all of them or those that need no robot."""
+    return [
+        name for name, row in COSTS.items() if name != "time" and not (kinematic and row.needs_inertia)
+    ]
 
 
 def collect_front(task: TrajectoryTask, objective: str | None, found: Sequence[FrontPoint]) -> ParetoFront:
     """Return the points `follow_front` yielded as a front, compared with each other; the last of an index counts."""
     effort = second_objective(task, objective)
     terms = [*effort.weights, *(custom.name for custom in effort.custom)]
-    single = len(terms) == 1 and terms[0] in UNITS
+    single = len(terms) == 1 and terms[0] in COSTS
     scale = effort.weights[terms[0]] if single else 1.0
     valued = task.changed(objective=effort)
     latest = {point.index: point for point in found}
@@ -314,7 +310,7 @@ def collect_front(task: TrajectoryTask, objective: str | None, found: Sequence[F
     return ParetoFront(
         task,
         " + ".join(terms),
-        UNITS[terms[0]] if single else "weighted",
+        COSTS[terms[0]].unit if single else "weighted",
         read_only(np.array([latest[index].bound for index in sorted(latest)])),
         results,
         read_only(durations),
@@ -338,11 +334,6 @@ def dominated_points(durations: Array, values: Array, feasible: Any) -> Any:
 
 def _at_most(a: float, b: float) -> bool:
     return bool(a <= b + EQUAL * max(abs(a), abs(b)))
-
-
-def _only_time(objective: Objective) -> Objective:
-    weights = {**dict.fromkeys(Objective.WEIGHTS, 0.0), "time": 1.0}
-    return replace(objective, custom=(), **weights)  # type: ignore[arg-type]
 
 
 def _start(task: TrajectoryTask, neighbour: Trajectory, bound: float) -> Trajectory:

@@ -289,8 +289,7 @@ def _solve_tighter(solver: Solver, result: SolveResult, request: Request) -> Sol
 
 def _tightened(task: TrajectoryTask, part: float) -> Limits:
     """Return a task's limits drawn in by a part of themselves; those of the position not beyond the waypoints."""
-    names = ("velocity", "acceleration", "jerk", "torque", "torque_rate")
-    tighter: dict[str, Any] = {name: task.limits.get(name) * (1.0 - part) for name in names}
+    tighter = {name: task.limits.get(name) * (1.0 - part) for name in task.limits.names}
     position = task.limits.get("position")
     size = np.where(np.isfinite(position), np.abs(position), 0.0)
     bounded = np.isfinite(position).all(axis=1, keepdims=True)
@@ -302,7 +301,7 @@ def _tightened(task: TrajectoryTask, part: float) -> Limits:
         np.where(np.isfinite(lower), np.maximum(lower, np.minimum(lower + room[:, 0], least)), lower),
         np.where(np.isfinite(upper), np.minimum(upper, np.maximum(upper - room[:, 1], most)), upper),
     ]
-    return replace(task.limits, position=np.stack(drawn_in, axis=1), **tighter)
+    return task.limits.with_values({**tighter, "position": np.stack(drawn_in, axis=1)})
 
 
 def _no_worse(result: SolveResult, start: Trajectory) -> SolveResult:

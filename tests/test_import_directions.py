@@ -14,10 +14,11 @@ import pytest
 ROOT = Path(__file__).parent.parent
 
 LAYERS = (
-    ("exceptions", "arrays", "units", "version", "files"),
+    ("exceptions", "arrays", "units", "version", "files", "quantities"),
     ("codegen", "spline"),
     ("robot", "trajectory"),
     ("task",),
+    ("instant",),
     ("limits", "costs"),
     ("transcription", "case", "trajectory_files"),
     ("audit", "references"),
@@ -29,7 +30,7 @@ LAYERS = (
 )
 """Parts of ocp_traj from lowest to highest; one imports from its own layer and those below."""
 
-BUILDERS = ("codegen", "robot", "spline", "limits", "costs", "transcription", "solvers")
+BUILDERS = ("codegen", "robot", "spline", "instant", "limits", "costs", "transcription", "solvers")
 """Where CasADi symbols are built or solved."""
 
 FENCES = {

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.audit.motion import ORDERS, Motion
+from ocp_traj.audit.motion import Motion
 from ocp_traj.audit.verdict import BOUNDARY_TOLERANCE, DURATION_TOLERANCE, WAYPOINT_TOLERANCE
+from ocp_traj.quantities import DERIVATIVES
 from ocp_traj.task import TrajectoryTask
 
 
@@ -40,12 +41,12 @@ def boundary_miss(task: TrajectoryTask, motion: Motion) -> tuple[float, list[str
     """
     largest, findings = 0.0, []
     for order in (1, 2, 3):
-        wanted: Array | None = getattr(task.boundary, ORDERS[order])
+        wanted: Array | None = getattr(task.boundary, DERIVATIVES[order])
         if wanted is None:
             continue
         first, last = motion.ends(order)
         noise = motion.noise(order)
-        limits = task.limits.get(ORDERS[order])
+        limits = task.limits.get(DERIVATIVES[order])
         for row, (name, given, piece) in enumerate((("start", first[0], 0), ("end", last[-1], -1))):
             limit = np.abs(limits[piece]).min(axis=0)
             measure = np.where(np.isfinite(limit) & (limit > 0), limit, motion.largest[order].max())
@@ -56,7 +57,7 @@ def boundary_miss(task: TrajectoryTask, motion: Motion) -> tuple[float, list[str
             largest = max(largest, float(relative[joint]))
             if not relative[joint] <= BOUNDARY_TOLERANCE:
                 findings.append(
-                    f"boundary {ORDERS[order]} at the {name}: joint {joint + 1} has {given[joint]:.9g}, "
+                    f"boundary {DERIVATIVES[order]} at the {name}: joint {joint + 1} has {given[joint]:.9g}, "
                     f"expected {wanted[row][joint]:.9g}"
                 )
     return largest, findings

@@ -13,14 +13,13 @@ import numpy as np
 from ocp_traj.arrays import Array
 from ocp_traj.audit import chebyshev
 from ocp_traj.audit.custom import numeric_function
+from ocp_traj.audit.measures import integral, integrate_measure
 from ocp_traj.audit.motion import Motion
 from ocp_traj.audit.polynomials import roots_in_unit_interval
-from ocp_traj.audit.torque import TorqueCurve, segments, torque_curve, torques_at
+from ocp_traj.audit.torque import TorqueCurve, torque_curve
 from ocp_traj.exceptions import InputError
 from ocp_traj.task import CustomObjective, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
-
-_TOLERANCE = 1e-10
 
 
 def energy(task: TrajectoryTask, trajectory: Trajectory) -> float | None:
@@ -85,18 +84,7 @@ def custom_cost(task: TrajectoryTask, trajectory: Trajectory, objective: CustomO
 
     Torques are zeros for a task without a robot that has inertia.
     """
-    motion = Motion.of(trajectory)
-    function = numeric_function(objective.function, task.n)
-    pieces, left, right = segments(task, motion)
-
-    def integrand(chosen: chebyshev.Pieces, x: Array) -> Array:
-        values = function(*torques_at(task, motion, chosen, x))
-        total: Array = values.reshape(*x.shape, -1).sum(axis=2, keepdims=True)
-        return total
-
-    curve = chebyshev.fit(integrand, pieces, left, right, lambda largest: _TOLERANCE * largest)
-    seconds = (curve.right - curve.left) * motion.durations[curve.pieces]
-    return float((chebyshev.integrals(curve.coefficients[:, 0]) * 0.5 * seconds).sum())
+    return integral(task, Motion.of(trajectory), numeric_function(objective.function, task.n))
 
 
 def objective_value(task: TrajectoryTask, trajectory: Trajectory) -> float:
@@ -118,7 +106,7 @@ def objective_value(task: TrajectoryTask, trajectory: Trajectory) -> float:
     }
     total = 0.0
     for name, weight in task.objective.weights.items():
-        value = terms[name]()
+        value = terms[name]() if name in terms else integrate_measure(task, trajectory, name)
         assert value is not None, f"a task with a weight on {name} has a robot with inertia"
         total += weight * value
     for objective in task.objective.custom:

@@ -11,6 +11,7 @@ import numpy as np
 from ocp_traj.audit.conditions import boundary_miss, duration_findings, waypoint_miss
 from ocp_traj.audit.curves import constraint_peaks, speed_peaks
 from ocp_traj.audit.kinematics import jumps, kinematic_peaks
+from ocp_traj.audit.measures import further_peaks
 from ocp_traj.audit.motion import Motion
 from ocp_traj.audit.scale import smallest_scale
 from ocp_traj.audit.torque import TorqueCurve, relative_bound, torque_curve, torque_peaks, torque_rate_peaks
@@ -56,7 +57,8 @@ def _judge(task: TrajectoryTask, motion: Motion) -> Verdict:
         peaks += torque_peaks(task, torques) if task.limited("torque") else []
         peaks += torque_rate_peaks(task, torques) if task.limited("torque_rate") else []
         findings += _unresolved(task, torques)
-    for more_peaks, more_findings in (speed_peaks(task, motion), constraint_peaks(task, motion)):
+    for judge in (speed_peaks, further_peaks, constraint_peaks):
+        more_peaks, more_findings = judge(task, motion)
         peaks += more_peaks
         findings += more_findings
     waypoint_error, waypoint_findings = waypoint_miss(task, motion)

@@ -6,14 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocp_traj.arrays import Array
-from ocp_traj.audit.motion import ORDERS, Motion
+from ocp_traj.audit.motion import Motion
 from ocp_traj.audit.verdict import RATIO_TOLERANCE, WAYPOINT_TOLERANCE, Extremum
+from ocp_traj.quantities import DERIVATIVES, JOINT_LIMITS
 from ocp_traj.task import TrajectoryTask
 
 _AFTER_JUMP = {
-    0: ("velocity", "acceleration", "jerk", "torque", "torque_rate"),
-    1: ("acceleration", "jerk", "torque", "torque_rate"),
-    2: ("jerk", "torque_rate"),
+    order: tuple(name for name, row in JOINT_LIMITS.items() if row.order > order) for order in range(3)
 }
 """What is infinite where a derivative of this order jumps."""
 
@@ -64,7 +63,7 @@ def position_width(task: TrajectoryTask) -> Array:
 def kinematic_peaks(task: TrajectoryTask, motion: Motion) -> list[Extremum]:
     """Return the largest ratio of every limited joint and kinematic limit."""
     peaks: list[Extremum] = []
-    for order, name in enumerate(ORDERS):
+    for order, name in enumerate(DERIVATIVES):
         if not task.limited(name):
             continue
         limits = task.limits.get(name)[motion.gaps]
@@ -127,7 +126,7 @@ def _jump_allowance(task: TrajectoryTask, motion: Motion, order: int) -> Array:
         return np.full(
             (len(motion.starts) - 1, motion.n), min(WAYPOINT_TOLERANCE, RATIO_TOLERANCE * motion.travel)
         )
-    smallest = np.abs(task.limits.get(ORDERS[order])).min(axis=1)[motion.gaps]
+    smallest = np.abs(task.limits.get(DERIVATIVES[order])).min(axis=1)[motion.gaps]
     limit = np.minimum(smallest[1:], smallest[:-1])
     reference = np.where(np.isfinite(limit) & (limit > 0), limit, motion.largest[order].max())
     allowance: Array = RATIO_TOLERANCE * reference
@@ -165,7 +164,7 @@ def _infinite(
                 gap=int(motion.gaps[index + 1]),
                 value=np.inf,
                 bound=float(limit[index, blamed]),
-                note=f"the {ORDERS[order]} of joint {joint + 1} jumps by {step[index, joint]:.6g}",
+                note=f"the {DERIVATIVES[order]} of joint {joint + 1} jumps by {step[index, joint]:.6g}",
             )
         )
     return found

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 
 from ocp_traj.arrays import Array
 from ocp_traj.audit.polynomials import candidate_points, differentiate, evaluate
+from ocp_traj.quantities import DERIVATIVES
 from ocp_traj.trajectory import Trajectory
 
 _ROUNDING = 4.0 * np.finfo(np.float64).eps
-ORDERS = ("position", "velocity", "acceleration", "jerk")
-"""Kinematic quantities by order of derivative."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,7 @@ class Motion:
         """Coefficients over x of position and its first four derivatives in x, each (m, n, .)."""
         powers = self.durations[:, None] ** np.arange(self.trajectory.degree + 1.0)
         levels = [self.trajectory.coefficients * powers[:, None, :]]
-        for _ in range(len(ORDERS)):
+        for _ in DERIVATIVES:
             flat = levels[-1].reshape(-1, levels[-1].shape[2])
             levels.append(differentiate(flat).reshape(*levels[-1].shape[:2], -1))
         return tuple(levels)
@@ -69,13 +68,13 @@ class Motion:
     def candidates(self) -> list[Array]:
         """Points x that include the extrema of position, velocity, acceleration and jerk, each (m, n, C)."""
         base = self.coefficients[0]
-        found = candidate_points(base.reshape(-1, base.shape[2]), len(ORDERS))
+        found = candidate_points(base.reshape(-1, base.shape[2]), len(DERIVATIVES))
         return [points.reshape(base.shape[0], base.shape[1], -1) for points in found]
 
     @cached_property
     def extrema(self) -> list[Array]:
         """Values at `candidates` in SI, each (m, n, C)."""
-        return [self.values(order, self.candidates[order]) for order in range(len(ORDERS))]
+        return [self.values(order, self.candidates[order]) for order in range(len(DERIVATIVES))]
 
     @cached_property
     def largest(self) -> Array:

@@ -9,13 +9,14 @@ from ocp_traj.arrays import Array
 from ocp_traj.audit import chebyshev
 from ocp_traj.audit.conditions import scale_bounds
 from ocp_traj.audit.curves import constraint_peaks
+from ocp_traj.audit.measures import further_peaks
 from ocp_traj.audit.motion import Motion
 from ocp_traj.audit.polynomials import evaluate, roots_in_unit_interval
 from ocp_traj.audit.torque import TorqueCurve, torque_curve
 from ocp_traj.audit.verdict import Extremum
+from ocp_traj.quantities import KINEMATIC_POWERS
 from ocp_traj.task import TrajectoryTask
 
-_POWER = {"velocity": 1, "cartesian_speed": 1, "acceleration": 2, "jerk": 3}
 _MAX_EXCHANGES = 30
 _FAR = 10.0
 _TOLERANCE = 1e-10
@@ -57,7 +58,9 @@ def smallest_scale(
     if any(peak.broken for peak in fixed) or not all(np.isfinite(peak.ratio) for peak in peaks):
         return None
     least, most = scale_bounds(task, motion)
-    needed = [peak.ratio ** (1.0 / _POWER[peak.limit]) for peak in peaks if peak.limit in _POWER]
+    needed = [
+        peak.ratio ** (1.0 / KINEMATIC_POWERS[peak.limit]) for peak in peaks if peak.limit in KINEMATIC_POWERS
+    ]
     least = max([least, *needed])
     scale: float | None = least
     if torques is not None:
@@ -66,7 +69,7 @@ def smallest_scale(
             scale = _refined(task, motion, scale, (least, most))
     if scale is None or scale > most:
         return None
-    if not task.constraints:
+    if not (task.constraints or task.limits.others):
         return scale
     slower = _with_constraints(task, motion, scale, most)
     if slower is None or torques is None or slower == scale:
@@ -79,7 +82,8 @@ def _with_constraints(task: TrajectoryTask, motion: Motion, smallest: float, lar
 
     def excess(log_scale: float) -> float:
         slowed = Motion.of(motion.trajectory.scaled(float(np.exp(log_scale))))
-        return max(peak.ratio for peak in constraint_peaks(task, slowed)[0]) - 1.0
+        peaks = further_peaks(task, slowed)[0] + constraint_peaks(task, slowed)[0]
+        return max((peak.ratio for peak in peaks), default=0.0) - 1.0
 
     low = float(np.log(max(smallest, _SLOWEST_START)))
     if excess(low) <= 0.0:

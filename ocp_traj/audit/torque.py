@@ -24,23 +24,17 @@ _SHORTEST_SEGMENT = 1e-12
 
 
 @dataclass(frozen=True)
-class TorqueCurve:
-    """The torques of a motion as Chebyshev series, in the three parts that scale differently with time.
-
-    At a uniform slowing s = 1/x the torques are gravity + x viscous + x^2 inertial + coulomb sign(v).
+class JointCurve:
+    """A quantity of every joint along a motion as Chebyshev series.
 
     Attributes
     ----------
     motion : Motion
     curve : ChebyshevCurve
-        3 n components: gravity, viscous friction, the rest; N m (N for prismatic joints).
-    coulomb : (S, n) array
-        Coulomb friction of each segment; segments end where a velocity with Coulomb friction is zero.
     """
 
     motion: Motion
     curve: chebyshev.ChebyshevCurve
-    coulomb: Array
 
     @property
     def n(self) -> int:
@@ -56,6 +50,29 @@ class TorqueCurve:
     def seconds(self) -> Array:
         """Length of each segment, (S,), s."""
         return (self.curve.right - self.curve.left) * self.motion.durations[self.curve.pieces]
+
+    def times(self, segment: chebyshev.Pieces, theta: Array) -> Array:
+        """Return the times of angles in segments, s."""
+        piece = self.curve.pieces[segment]
+        return self.motion.starts[piece] + self.motion.durations[piece] * self.curve.position(segment, theta)
+
+
+@dataclass(frozen=True)
+class TorqueCurve(JointCurve):
+    """The torques of a motion as Chebyshev series, in the three parts that scale differently with time.
+
+    At a uniform slowing s = 1/x the torques are gravity + x viscous + x^2 inertial + coulomb sign(v).
+
+    Attributes
+    ----------
+    motion : Motion
+    curve : ChebyshevCurve
+        3 n components: gravity, viscous friction, the rest; N m (N for prismatic joints).
+    coulomb : (S, n) array
+        Coulomb friction of each segment; segments end where a velocity with Coulomb friction is zero.
+    """
+
+    coulomb: Array
 
     @property
     def bounds(self) -> Array:
@@ -75,11 +92,6 @@ class TorqueCurve:
         per_second = 2.0 * x / self.seconds
         return chebyshev.differentiate(self.coefficients(x)) * per_second[:, None, None]
 
-    def times(self, segment: chebyshev.Pieces, theta: Array) -> Array:
-        """Return the times of angles in segments, s."""
-        piece = self.curve.pieces[segment]
-        return self.motion.starts[piece] + self.motion.durations[piece] * self.curve.position(segment, theta)
-
 
 def torque_curve(task: TrajectoryTask, motion: Motion) -> TorqueCurve:
     """Sample the reference inverse dynamics along a motion until the error bound meets the tolerance.
@@ -92,8 +104,8 @@ def torque_curve(task: TrajectoryTask, motion: Motion) -> TorqueCurve:
     robot = task.robot
     if robot is None or not robot.has_inertia:
         raise InputError("torques need a robot with inertia, but this task has none")
-    smallest = _smallest_limit(task, "torque")
-    rate = _smallest_limit(task, "torque_rate")
+    smallest = smallest_limit(task, "torque")
+    rate = smallest_limit(task, "torque_rate")
     length = float(motion.durations.min())
 
     def tolerance(largest: Array) -> Array:
@@ -132,7 +144,8 @@ def torques_at(
     return q, v, a, robot.torque(q, v, a) + robot.friction.coulomb * (sign - np.sign(v))
 
 
-def _smallest_limit(task: TrajectoryTask, name: str) -> Array:
+def smallest_limit(task: TrajectoryTask, name: str) -> Array:
+    """Return the smallest limit of every joint, (n,), infinite where it is 0 or there is none."""
     limit = np.abs(task.limits.get(name)).min(axis=(0, 1))
     return np.where(limit > 0, limit, np.inf)
 
@@ -167,15 +180,18 @@ def segments(task: TrajectoryTask, motion: Motion) -> tuple[chebyshev.Pieces, Ar
 
 def torque_peaks(task: TrajectoryTask, torques: TorqueCurve) -> list[Extremum]:
     """Return the largest torque ratio of every limited joint."""
-    return _peaks(task, torques, torques.coefficients(), "torque")
+    return joint_peaks(task, torques, torques.coefficients(), "torque")
 
 
 def torque_rate_peaks(task: TrajectoryTask, torques: TorqueCurve) -> list[Extremum]:
     """Return the largest torque-rate ratio of every limited joint."""
-    return _peaks(task, torques, torques.rate_coefficients(), "torque_rate")
+    return joint_peaks(task, torques, torques.rate_coefficients(), "torque_rate")
 
 
-def _peaks(task: TrajectoryTask, torques: TorqueCurve, coefficients: Array, name: str) -> list[Extremum]:
+def joint_peaks(
+    task: TrajectoryTask, torques: JointCurve, coefficients: Array, name: str
+) -> list[Extremum]:
+    """Return the largest ratio of every joint to a limit, from series (S, n, .) of the values on a curve."""
     n = torques.n
     flat = coefficients.reshape(-1, coefficients.shape[2])
     limits = task.limits.get(name)[torques.gaps].transpose(0, 2, 1).reshape(-1, 2)
@@ -215,7 +231,7 @@ def _rows_to_refine(series: Array, limits: Array, n: int) -> chebyshev.Pieces:
 
 def relative_bound(task: TrajectoryTask, torques: TorqueCurve) -> float:
     """Return the bound on the torques' error as a part of the smallest limit, or of the largest torque."""
-    limit = _smallest_limit(task, "torque")
+    limit = smallest_limit(task, "torque")
     largest = np.abs(torques.coefficients()).sum(axis=2).max()
     measure = np.where(np.isfinite(limit), limit, largest)
     with np.errstate(divide="ignore", invalid="ignore"):

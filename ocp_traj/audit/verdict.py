@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+from ocp_traj.quantities import limited_quantity
+
 RATIO_TOLERANCE = 1e-6
 """A motion is feasible when every ratio is at most 1 plus this."""
 
@@ -17,16 +19,6 @@ BOUNDARY_TOLERANCE = 1e-8
 
 DURATION_TOLERANCE = 1e-9
 """A bound on a duration may be missed by this part of it."""
-
-_UNITS = {
-    "position": "rad (m)",
-    "velocity": "rad/s (m/s)",
-    "acceleration": "rad/s^2 (m/s^2)",
-    "jerk": "rad/s^3 (m/s^3)",
-    "torque": "N m (N)",
-    "torque_rate": "N m/s (N/s)",
-    "cartesian_speed": "m/s",
-}
 
 
 @dataclass(frozen=True)
@@ -93,7 +85,7 @@ class Extremum:
     def __str__(self) -> str:
         where = f"joint {self.joint + 1}, " if self.joint >= 0 else ""
         name = f"{self.limit.replace('_', ' ')} {self.label}".rstrip()
-        unit = _UNITS.get(self.limit, "")
+        unit = getattr(limited_quantity(self.limit), "units", "")
         times = f", {self.ratio:.7g} times the limit" if self.limit not in ("position", "constraint") else ""
         return (
             f"{name}: {where}gap {self.gap + 1}, at {self.time:.6g} s: {self.value:.9g} "

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ocp_traj.task import LIMIT_NAMES, Objective, TrajectoryTask
+from ocp_traj.quantities import RATES
+from ocp_traj.task import Objective, TrajectoryTask
 
 
 def task_digest(task: TrajectoryTask) -> str:
@@ -32,11 +33,11 @@ def _parts(task: TrajectoryTask) -> Iterator[str]:
     yield f"spline {task.family} {task.virtual_knots}"
     yield from _numbers("waypoints", task.waypoints)
     yield from _numbers("tolerance", task.tolerance)
-    for name in LIMIT_NAMES:
+    for name in task.limits.names:
         yield from _numbers(name, task.limits.get(name))
     for frame, speed in task.limits.cartesian_speed:
         yield from _numbers(f"cartesian_speed {frame!r}", speed)
-    for name in ("velocity", "acceleration", "jerk"):
+    for name in RATES:
         yield from _numbers(f"boundary {name}", getattr(task.boundary, name))
     yield from _objective_parts(task.objective)
     yield from _numbers("search duration", task.search.duration)
@@ -48,7 +49,9 @@ def _parts(task: TrajectoryTask) -> Iterator[str]:
 
 
 def _objective_parts(objective: Objective) -> Iterator[str]:
-    for name in (*Objective.WEIGHTS, "duration", "gap_durations"):
+    for name in objective.names:
+        yield from _numbers(f"objective {name}", objective.weight(name))
+    for name in ("duration", "gap_durations"):
         yield from _numbers(f"objective {name}", getattr(objective, name))
     if objective.motor is not None:
         for name in ("torque_constant", "resistance", "gear_ratio"):

@@ -12,12 +12,11 @@ from ocp_traj.arrays import Array
 from ocp_traj.case.robots import resolve_inside, robot_errors
 from ocp_traj.case.section import Section
 from ocp_traj.case.units import joint_factors
-from ocp_traj.task import LIMIT_NAMES, Limits
+from ocp_traj.quantities import FRAME_LIMITS, JOINT_LIMITS
+from ocp_traj.task.limits import Limits, default_limits, symmetric
 
 if TYPE_CHECKING:
     from ocp_traj.robot import Robot
-
-_NOT_SCALED = ("torque", "torque_rate")
 
 
 def read_limits(
@@ -30,7 +29,7 @@ def read_limits(
     CaseError
         A key is unknown, a shape, unit or sign is wrong, a gap or frame does not exist.
     """
-    section.check_keys((*LIMIT_NAMES, "unit", "gaps", "cartesian_speed", "moveit"))
+    section.check_keys((*JOINT_LIMITS, *FRAME_LIMITS, "unit", "gaps", "moveit"))
     factors = joint_factors(section, n, robot)
     common = _from_moveit(section, robot, folder, trusted)
     common.update(_entries(section, factors, n))
@@ -39,31 +38,30 @@ def read_limits(
         limits[name] = np.tile(value, (gaps, 1, 1))
     seen: set[int] = set()
     for entry in section.sections("gaps"):
-        entry.check_keys(("gap", *LIMIT_NAMES))
+        entry.check_keys(("gap", *JOINT_LIMITS))
         gap = entry.integer("gap", None, gaps)
         if gap < 1 or gap in seen:
             raise entry.error("gap", f"{gap} given, expected each of 1 to {gaps} at most once")
         seen.add(gap)
         for name, value in _entries(entry, factors, n).items():
             if name not in limits:
-                limits[name] = np.tile(_default(name, n, robot), (gaps, 1, 1))
+                limits[name] = np.tile(default_limits(name, n, robot), (gaps, 1, 1))
             limits[name][gap - 1] = value
-    return Limits(**limits, cartesian_speed=_cartesian_speeds(section, robot))
+    return Limits(cartesian_speed=_cartesian_speeds(section, robot)).with_values(limits)
 
 
 def _entries(section: Section, factors: Array, n: int) -> dict[str, Array]:
     """Return the limits given in one table as (2, n) arrays in SI."""
     entries: dict[str, Array] = {}
-    for name in LIMIT_NAMES:
+    for name, quantity in JOINT_LIMITS.items():
         if name not in section:
             continue
         value = section.array_of_shape(name, (), (n,), (2, n), finite=False)
         if value.ndim < 2:
             if (value < 0).any():
                 raise section.error(name, f"{value.min():g} given, expected a limit of 0 or more")
-            value = np.broadcast_to(value, (n,))
-            value = np.stack([-value, value])
-        entries[name] = value if name in _NOT_SCALED else value * factors
+            value = symmetric(value, n)
+        entries[name] = value * factors if "rad" in quantity.unit else value
         _check_sides(section, name, value)
     return entries
 
@@ -80,13 +78,6 @@ def _check_sides(section: Section, name: str, value: Array) -> None:
         raise section.error(
             name, "a lower limit of inf or an upper one of -inf leaves nothing; expected -inf or inf"
         )
-
-
-def _default(name: str, n: int, robot: Robot | None) -> Array:
-    if robot is not None and name in ("position", "velocity", "torque"):
-        limits: Array = getattr(robot, f"{name}_limits")
-        return limits
-    return np.array([[-np.inf] * n, [np.inf] * n])
 
 
 def _cartesian_speeds(section: Section, robot: Robot | None) -> tuple[tuple[str, float], ...]:

@@ -56,7 +56,7 @@ def load_case(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Trajec
     Examples
     --------
     >>> task = load_case("machines-2024-490", ["spline.family=cubic", "spline.virtual_knots=3"])
-    >>> task.waypoints.shape, task.family, task.virtual_knots
+    >>> task.waypoints.shape, task.family.name, task.virtual_knots
     ((4, 6), 'cubic', 3)
     """
     file = str(name_or_path)

@@ -15,6 +15,7 @@ from ocp_traj.case.robots import MAX_JOINTS, limited_to, read_motor, read_robot
 from ocp_traj.case.section import Section
 from ocp_traj.case.units import joint_factors
 from ocp_traj.exceptions import CaseError, InputError, TaskError
+from ocp_traj.quantities import COSTS, RATES
 from ocp_traj.spline import FAMILIES
 from ocp_traj.task import Boundary, Limits, Objective, Search, TrajectoryTask
 
@@ -192,11 +193,11 @@ def _tolerance(section: Section, robot: Robot | None, count: int, n: int) -> Arr
 
 
 def _boundary(section: Section, n: int, robot: Robot | None) -> Boundary:
-    section.check_keys(("velocity", "acceleration", "jerk", "unit"))
+    section.check_keys((*RATES, "unit"))
     factors = joint_factors(section, n, robot)
     words: dict[str, float | None] = {"zero": 0.0, "free": None}
     values: dict[str, Any] = {}
-    for name in ("velocity", "acceleration", "jerk"):
+    for name in RATES:
         if name not in section:
             continue
         given = section.data[name]
@@ -215,20 +216,19 @@ def _boundary(section: Section, n: int, robot: Robot | None) -> Boundary:
 
 def _objective(case: Section, gaps: int, n: int) -> Objective:
     section = case.section("objective")
-    section.check_keys((*Objective.WEIGHTS, "bounds"))
+    section.check_keys((*COSTS, "bounds"))
+    weights = {name: section.number(name) for name in COSTS if name in section}
+    for name, weight in weights.items():
+        if weight < 0:
+            raise section.error(name, f"{weight:g} given, expected a weight of 0 or more")
     values: dict[str, Any] = {}
-    for name in Objective.WEIGHTS:
-        if name in section:
-            values[name] = section.number(name)
-            if values[name] < 0:
-                raise section.error(name, f"{values[name]:g} given, expected a weight of 0 or more")
     bounds = section.section("bounds")
     bounds.check_keys(("duration", "gap_durations"))
     if "duration" in bounds:
         values["duration"] = bounds.array_of_shape("duration", (2,), finite=False)
     if "gap_durations" in bounds:
         values["gap_durations"] = bounds.array_of_shape("gap_durations", (gaps, 2), finite=False)
-    return Objective(**values, motor=read_motor(case.section("robot"), n))
+    return Objective(**values, motor=read_motor(case.section("robot"), n)).with_weights(weights)
 
 
 def _search(section: Section) -> Search:

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import tomli_w
 
-from ocp_traj.arrays import Array
 from ocp_traj.exceptions import CaseError, TaskError
 from ocp_traj.files import write_atomically
-from ocp_traj.task import LIMIT_NAMES, Objective, TrajectoryTask
+from ocp_traj.quantities import RATES
+from ocp_traj.task import TrajectoryTask
+from ocp_traj.task.limits import default_limits
 
 if TYPE_CHECKING:
     from ocp_traj.robot import Robot
@@ -52,7 +53,7 @@ def dumps(task: TrajectoryTask, folder: Path | None = None) -> str:
     if np.any(task.tolerance):
         tables["waypoints"]["tolerance"] = np.asarray(task.tolerance).tolist()
     tables["limits"] = _limits_table(task, reference)
-    tables["spline"] = {"family": task.family, "virtual_knots": task.virtual_knots}
+    tables["spline"] = {"family": task.family.name, "virtual_knots": task.virtual_knots}
     tables["boundary"] = _boundary_table(task)
     tables["objective"] = _objective_table(task)
     tables["search"] = {
@@ -90,9 +91,9 @@ def _limits_table(task: TrajectoryTask, robot: Robot | None) -> dict[str, Any]:
     """Return the limits that differ from those of the robot as reading the case gives it."""
     table: dict[str, Any] = {}
     gaps: list[dict[str, Any]] = [{"gap": index + 1} for index in range(task.gaps)]
-    for name in LIMIT_NAMES:
+    for name in task.limits.names:
         values = task.limits.get(name)
-        if not np.array_equal(values[0], _default(robot, name, task.n)):
+        if not np.array_equal(values[0], default_limits(name, task.n, robot)):
             table[name] = values[0].tolist()
         for index in range(1, task.gaps):
             if not np.array_equal(values[index], values[0]):
@@ -107,15 +108,9 @@ def _limits_table(task: TrajectoryTask, robot: Robot | None) -> dict[str, Any]:
     return table
 
 
-def _default(robot: Robot | None, name: str, n: int) -> Array:
-    if robot is not None and name in ("position", "velocity", "torque"):
-        return np.asarray(getattr(robot, f"{name}_limits"))
-    return np.array([[-np.inf] * n, [np.inf] * n])
-
-
 def _boundary_table(task: TrajectoryTask) -> dict[str, Any]:
     table: dict[str, Any] = {}
-    for name in ("velocity", "acceleration", "jerk"):
+    for name in RATES:
         value = getattr(task.boundary, name)
         if value is None:
             table[name] = "free"
@@ -126,9 +121,7 @@ def _boundary_table(task: TrajectoryTask) -> dict[str, Any]:
 
 def _objective_table(task: TrajectoryTask) -> dict[str, Any]:
     objective = task.objective
-    table: dict[str, Any] = {
-        name: getattr(objective, name) for name in Objective.WEIGHTS if getattr(objective, name)
-    }
+    table: dict[str, Any] = dict(objective.weights)
     duration, gap_durations = np.asarray(objective.duration), np.asarray(objective.gap_durations)
     bounds: dict[str, Any] = {}
     if not np.array_equal(duration, [0.0, np.inf]):

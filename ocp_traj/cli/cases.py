@@ -55,9 +55,7 @@ def check_cases(cases: tuple[str, ...], overrides: tuple[str, ...]) -> int:
 
 def describe(task: TrajectoryTask) -> str:
     """Return in a few lines what a task asks for."""
-    from ocp_traj.task import LIMIT_NAMES
-
-    limited = [name.replace("_", " ") for name in LIMIT_NAMES if task.limited(name)]
+    limited = [name.replace("_", " ") for name in task.limits.names if task.limited(name)]
     robot = "no robot (kinematic)" if task.robot is None else f"robot {task.robot.name}"
     knots = f", {task.virtual_knots} virtual knots a gap" if task.virtual_knots else ""
     weights = ", ".join(

@@ -48,23 +48,15 @@ def _cases(console: Console) -> None:
 
 
 def _families(console: Console) -> None:
+    from ocp_traj.spline import FAMILIES
+
     rows = [
         [
-            "cubic",
-            "acceleration continuous; end accelerations free unless given",
-            "any number of virtual knots",
-        ],
-        [
-            "quintic",
-            "acceleration to snap continuous; zero end accelerations unless given",
-            "any number of virtual knots",
-        ],
-        [
-            "septic",
-            "continuous to the sixth derivative; zero end jerks unless given",
-            "any number of virtual knots",
-        ],
-        ["3-5-3", "cubic, quintics, cubic; needs at least four waypoints", "takes no virtual knots"],
+            family.name,
+            family.smoothness,
+            "any number of virtual knots" if family.takes_virtual_knots else "takes no virtual knots",
+        ]
+        for family in FAMILIES.values()
     ]
     print_table(console, "families", ["name", "smoothness", "virtual knots"], rows, words=3)
 

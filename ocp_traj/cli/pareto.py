@@ -21,6 +21,7 @@ from ocp_traj.cli.output import (
     write_text,
 )
 from ocp_traj.exceptions import InputError
+from ocp_traj.quantities import COSTS
 
 if TYPE_CHECKING:
     from ocp_traj.pareto import FrontPoint, ParetoFront
@@ -37,7 +38,7 @@ INTERRUPTED = 130
 @click.option(
     "--objective",
     metavar="NAME",
-    help="Second objective: energy, energy_without_regeneration, torque, acceleration, jerk, motor_loss; default: "
+    help=f"Second objective: {', '.join(name for name in COSTS if name != 'time')}; default: "
     "what the case weighs beside time, else energy.",
 )
 @click.option(

@@ -1,18 +1,19 @@
-"""What a cost term is: the integral over the motion of a function of one instant."""
+"""What a cost is: the integral over the motion of a function of one instant."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from abc import ABC
+from typing import Any, ClassVar, Literal
 
-from ocp_traj.limits.limit import SymbolicSample
+import numpy as np
 
-if TYPE_CHECKING:
-    from ocp_traj.task import TrajectoryTask
+from ocp_traj.arrays import Array
+from ocp_traj.instant import FunctionOfInstant, Instants
+from ocp_traj.task import TrajectoryTask
 
 
-class Term(ABC):
-    """A term of the cost.
+class Cost(ABC):
+    """A term of the objective.
 
     Attributes
     ----------
@@ -20,27 +21,14 @@ class Term(ABC):
         The weight's name in a case file.
     """
 
-    name: ClassVar[str]
+    name: str
 
     def weight(self, task: TrajectoryTask) -> float:
-        """Return the term's weight in the task."""
-        value: float = getattr(task.objective, self.name)
-        return value
+        """Return the cost's weight in the task."""
+        return task.objective.weight(self.name)
 
 
-class SquaredDerivative(Term):
-    """Integral of the sum over joints of a squared derivative, exact on polynomials.
-
-    Attributes
-    ----------
-    order : int
-        2 acceleration, 3 jerk.
-    """
-
-    order: ClassVar[int]
-
-
-class SampledTerm(Term):
+class InstantCost(FunctionOfInstant, Cost):
     """Integral of a function of (q, v, a, tau), by a quadrature over samples.
 
     Attributes
@@ -48,11 +36,16 @@ class SampledTerm(Term):
     shape : str
         How the values of `expression` become the integrand: their ``"sum"``, the sum of their ``"absolute"``
         values, or the sum of their ``"positive"`` parts. The kinks of the last two are kept exactly by one slack
-        a sample and value, never smoothed.
+        per sample and value, never smoothed.
     """
 
     shape: ClassVar[Literal["sum", "absolute", "positive"]] = "sum"
 
-    @abstractmethod
-    def expression(self, sample: SymbolicSample) -> Any:
-        """Return the values as an SX column."""
+    def integrand(self, instants: Instants, function: Any) -> Array:
+        """Return the integrand at many instants, (N, S, p); `function` is that of `function`."""
+        values = self.values(instants, function)
+        if self.shape == "absolute":
+            values = np.absolute(values)
+        elif self.shape == "positive":
+            values = np.maximum(values, 0.0)
+        return np.asarray(values.sum(axis=0))

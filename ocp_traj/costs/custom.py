@@ -1,33 +1,30 @@
-"""A user's own cost terms."""
+"""A user's own costs."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import casadi as ca
 
-from ocp_traj.costs.cost import SampledTerm
-from ocp_traj.limits.custom import torque_or_zero
-from ocp_traj.limits.limit import SymbolicSample
-
-if TYPE_CHECKING:
-    from ocp_traj.task import TrajectoryTask
+from ocp_traj.costs.cost import InstantCost
+from ocp_traj.instant import Instant
+from ocp_traj.task import TrajectoryTask
 
 
-class CustomTerms(SampledTerm):
+class CustomCosts(InstantCost):
     """Every `CustomObjective` of a task, already weighted."""
 
     name = "custom"
 
     def weight(self, task: TrajectoryTask) -> float:
-        """Return 1 when there is any; the terms carry their own weights."""
+        """Return 1 when there is any; the costs carry their own weights."""
         return 1.0 if task.objective.custom else 0.0
 
-    def expression(self, sample: SymbolicSample) -> Any:
+    def expression(self, instant: Instant) -> Any:
         """Return the weighted integrands."""
         return ca.vertcat(
             *[
-                custom.weight * custom.function(sample.q, sample.v, sample.a, torque_or_zero(sample))
-                for custom in sample.task.objective.custom
+                custom.weight * custom.function(*instant.state)
+                for custom in instant.task.objective.custom
             ]
         )

@@ -2,29 +2,31 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.costs.cost import SampledTerm
-from ocp_traj.limits.limit import SymbolicSample
+from ocp_traj.costs.cost import InstantCost
+from ocp_traj.instant import Instant
+from ocp_traj.quantities import SpeedLaw
+from ocp_traj.task import Motor, TrajectoryTask
 
-if TYPE_CHECKING:
-    from ocp_traj.task import Motor
 
-
-class MotorLoss(SampledTerm):
+class MotorLoss(InstantCost):
     """Integral of sum R_i (tau_i / (N_i k_i))^2 dt, J; friction enters through the torque."""
 
     name = "motor_loss"
 
-    def expression(self, sample: SymbolicSample) -> Any:
+    def expression(self, instant: Instant) -> Any:
         """Return the loss of every motor, W."""
-        motor = sample.task.objective.motor
-        assert motor is not None
-        return ca.DM(loss_factors(motor, sample.task.n)) * sample.tau**2
+        return ca.DM(self.scaling(instant.task).factors) * instant.tau**2
+
+    def scaling(self, task: TrajectoryTask) -> SpeedLaw:
+        """Return that the integrand is a sum of squared torques."""
+        assert task.objective.motor is not None
+        return SpeedLaw(torque=2, factors=loss_factors(task.objective.motor, task.n))
 
 
 def loss_factors(motor: Motor, n: int) -> Array:

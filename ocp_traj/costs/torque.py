@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.costs.cost import SampledTerm
-from ocp_traj.limits.limit import SymbolicSample
+from ocp_traj.costs.cost import InstantCost
+from ocp_traj.instant import Instant
+from ocp_traj.quantities import SpeedLaw
+from ocp_traj.task import TrajectoryTask
 
-if TYPE_CHECKING:
-    from ocp_traj.task import TrajectoryTask
 
-
-class SquaredTorque(SampledTerm):
+class SquaredTorque(InstantCost):
     """Integral of sum (tau_i / limit_i)^2 dt; a joint without torque limit counts with 1 N m."""
 
     name = "torque"
 
-    def expression(self, sample: SymbolicSample) -> Any:
+    def expression(self, instant: Instant) -> Any:
         """Return the squared ratios."""
-        return (sample.tau / ca.DM(torque_scales(sample.task))) ** 2
+        return (instant.tau / ca.DM(torque_scales(instant.task))) ** 2
+
+    def scaling(self, task: TrajectoryTask) -> SpeedLaw:
+        """Return that the integrand is a sum of squared torques."""
+        return SpeedLaw(torque=2, factors=torque_scales(task) ** -2.0)
 
 
 def torque_scales(task: TrajectoryTask) -> Array:

@@ -1,35 +1,34 @@
-"""Limits of a motion, one class a file. A new one is a file with a class, and one line here."""
+"""Limits of a motion, one idea per file. A new one is a file with a class, and one line here."""
 
 from __future__ import annotations
 
-from ocp_traj.limits.acceleration import AccelerationLimit
 from ocp_traj.limits.cartesian_speed import CartesianSpeedLimit
 from ocp_traj.limits.custom import CustomLimit
-from ocp_traj.limits.jerk import JerkLimit
-from ocp_traj.limits.limit import Constraint, DerivativeLimit, SampledConstraint, SymbolicSample
-from ocp_traj.limits.position import PositionLimit
+from ocp_traj.limits.derivatives import DERIVATIVE_LIMITS, DerivativeLimit
+from ocp_traj.limits.limit import InstantLimit, JointLimit, Limit
 from ocp_traj.limits.torque import TorqueLimit
 from ocp_traj.limits.torque_rate import TorqueRateLimit
-from ocp_traj.limits.velocity import VelocityLimit
+from ocp_traj.task import TrajectoryTask
 
-DERIVATIVE_LIMITS: tuple[DerivativeLimit, ...] = (
-    PositionLimit(),
-    VelocityLimit(),
-    AccelerationLimit(),
-    JerkLimit(),
-)
-SAMPLED_CONSTRAINTS: tuple[SampledConstraint, ...] = (
+INSTANT_LIMITS: list[InstantLimit] = [
     TorqueLimit(),
     TorqueRateLimit(),
     CartesianSpeedLimit(),
     CustomLimit(),
-)
+]
+"""The limits imposed at samples, in the order of their rows."""
+
+
+def instant_limits(task: TrajectoryTask) -> list[InstantLimit]:
+    """Return the limits of an instant that a task has."""
+    return [limit for limit in INSTANT_LIMITS if limit.applies(task)]
+
 
 __all__ = [
     "DERIVATIVE_LIMITS",
-    "SAMPLED_CONSTRAINTS",
-    "Constraint",
+    "INSTANT_LIMITS",
     "DerivativeLimit",
-    "SampledConstraint",
-    "SymbolicSample",
+    "InstantLimit",
+    "JointLimit",
+    "Limit",
 ]

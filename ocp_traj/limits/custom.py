@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.limits.limit import SampledConstraint, SymbolicSample
+from ocp_traj.instant import Instant
+from ocp_traj.limits.limit import InstantLimit
+from ocp_traj.task import CustomConstraint, TrajectoryTask
 
-if TYPE_CHECKING:
-    from ocp_traj.task import CustomConstraint, TrajectoryTask
 
-
-class CustomLimit(SampledConstraint):
+class CustomLimit(InstantLimit):
     """Every `CustomConstraint` of a task: functions of (q, v, a, tau)."""
 
     name = "custom"
@@ -23,12 +22,11 @@ class CustomLimit(SampledConstraint):
         """Return whether the task has any."""
         return bool(task.constraints)
 
-    def expression(self, sample: SymbolicSample) -> Any:
+    def expression(self, instant: Instant) -> Any:
         """Return the functions' values, divided by their scales."""
         values = [
-            ca.vec(custom.function(sample.q, sample.v, sample.a, torque_or_zero(sample)))
-            / custom_scale(custom)
-            for custom in sample.task.constraints
+            ca.vec(custom.function(*instant.state)) / custom_scale(custom)
+            for custom in instant.task.constraints
         ]
         return ca.vertcat(*values)
 
@@ -44,11 +42,6 @@ class CustomLimit(SampledConstraint):
     def scales(self, task: TrajectoryTask) -> Array:
         """Return ones, (G, k): values and bounds are scaled already."""
         return np.ones((task.gaps, self.bounds(task).shape[2]))
-
-
-def torque_or_zero(sample: SymbolicSample) -> Any:
-    """Return the torques, or zeros for a task without inertia."""
-    return sample.tau if sample.task.has_inertia else ca.SX.zeros(sample.task.n)
 
 
 def custom_scale(custom: CustomConstraint) -> float:

@@ -2,32 +2,29 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ocp_traj.arrays import Array
-from ocp_traj.limits.limit import SampledConstraint, SymbolicSample, finite_joints
+from ocp_traj.instant import Instant, Instants
+from ocp_traj.limits.limit import JointLimit
+from ocp_traj.quantities import SpeedLaw
+from ocp_traj.task import TrajectoryTask
 
-if TYPE_CHECKING:
-    from ocp_traj.task import TrajectoryTask
 
-
-class TorqueLimit(SampledConstraint):
+class TorqueLimit(JointLimit):
     """Lower and upper torque of every joint, N m (N for prismatic joints)."""
 
     name = "torque"
 
-    def applies(self, task: TrajectoryTask) -> bool:
-        """Return whether any joint has a finite limit."""
-        return task.limited("torque")
+    def value(self, instant: Instant) -> Any:
+        """Return the torques."""
+        return instant.tau
 
-    def expression(self, sample: SymbolicSample) -> Any:
-        """Return the torques of the limited joints."""
-        return sample.tau[self.joints(sample.task)]
+    def values(self, instants: Instants, function: Any) -> Array:
+        """Return the torques of the limited joints, which are known already."""
+        torque, joints = instants.torque, self.joints(instants.task)
+        return torque if len(joints) == len(torque) else torque[joints]
 
-    def bounds(self, task: TrajectoryTask) -> Array:
-        """Return the limits of the limited joints."""
-        return task.limits.get("torque")[:, :, self.joints(task)]
-
-    def joints(self, task: TrajectoryTask) -> list[int]:
-        """Return the limited joints."""
-        return finite_joints(task.limits.get("torque"))
+    def scaling(self, task: TrajectoryTask) -> SpeedLaw:
+        """Return that the values are torques."""
+        return SpeedLaw(torque=1)

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ocp_traj.papers.records import Records
+from ocp_traj.quantities import DERIVATIVES, JOINT_LIMITS
 
 if TYPE_CHECKING:
     from ocp_traj.task import TrajectoryTask
     from ocp_traj.trajectory import Trajectory
-
-QUANTITIES = (("position", "rad"), ("velocity", "rad/s"), ("acceleration", "rad/s²"), ("jerk", "rad/s³"))
 
 LEAST_SHOWN = 1e-3
 """Distances from the best below this, %, are drawn here."""
@@ -100,7 +99,7 @@ def motion_figure(task: TrajectoryTask, motions: dict[str, Trajectory], path: Pa
     axes = axes.reshape(4, -1)
     for column, (name, motion) in enumerate(motions.items()):
         t = np.linspace(0, motion.duration, 700)
-        for row, (quantity, unit) in enumerate(QUANTITIES):
+        for row, quantity in enumerate(DERIVATIVES):
             axis = axes[row, column]
             values = motion(t, row)
             limits = task.limits.get(quantity)[0]
@@ -113,7 +112,7 @@ def motion_figure(task: TrajectoryTask, motions: dict[str, Trajectory], path: Pa
                 axis.plot(t[over], values[over, joint], ".", ms=3, color="black")
             axis.grid(alpha=0.3)
             if column == 0:
-                axis.set_ylabel(f"{quantity}, {unit}")
+                axis.set_ylabel(f"{quantity}, {JOINT_LIMITS[quantity].symbol}")
         axes[0, column].set_title(name, fontsize=10)
         for row in (2, 3) if alone else (3,):
             axes[row, column].set_xlabel("time, s")

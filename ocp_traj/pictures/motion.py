@@ -7,20 +7,14 @@ from collections.abc import Callable
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.audit.measures import measure_limit
 from ocp_traj.exceptions import InputError
 from ocp_traj.pictures.picture import LIMIT, Line, Panel, Picture
+from ocp_traj.quantities import DERIVATIVES, JOINT_LIMITS
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
 SAMPLES = 300
-
-_QUANTITIES = (
-    ("position", "rad"),
-    ("velocity", "rad/s"),
-    ("acceleration", "rad/s²"),
-    ("jerk", "rad/s³"),
-    ("torque", "N m"),
-)
 
 
 def sample_times(trajectory: Trajectory, count: int = SAMPLES) -> Array:
@@ -45,7 +39,7 @@ def motion_picture(task: TrajectoryTask, trajectory: Trajectory, relative: bool 
     """
     t = sample_times(trajectory)
     panels = []
-    for name, unit in _QUANTITIES:
+    for name in (*DERIVATIVES, "torque", *task.limits.others):
         values = _values(task, trajectory, name, t)
         if values is None:
             continue
@@ -53,7 +47,7 @@ def motion_picture(task: TrajectoryTask, trajectory: Trajectory, relative: bool 
         if relative and np.isfinite(limits).all():
             panels.append(_relative_panel(name, t, values, limits))
         else:
-            panels.append(_plain_panel(name, unit, t, values, limits))
+            panels.append(_plain_panel(name, JOINT_LIMITS[name].symbol, t, values, limits))
     caption = (
         "Shares of the limits: a line that touches the dashed ±1 uses its limit fully; quantities without "
         "limits are in their units."
@@ -69,8 +63,9 @@ def _values(task: TrajectoryTask, trajectory: Trajectory, name: str, t: Array) -
         if not task.has_inertia or task.robot is None:
             return None
         return task.robot.torque(*(trajectory(t, derivative) for derivative in range(3)))
-    order = ("position", "velocity", "acceleration", "jerk").index(name)
-    return trajectory(t, order)
+    if name not in DERIVATIVES:
+        return measure_limit(task, trajectory, name, t)
+    return trajectory(t, DERIVATIVES.index(name))
 
 
 def sample_limits(task: TrajectoryTask, trajectory: Trajectory, name: str, t: Array) -> Array:

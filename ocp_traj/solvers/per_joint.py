@@ -14,6 +14,7 @@ import numpy as np
 from metaheuristics import History, Solution, Status
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import InputError
+from ocp_traj.quantities import DERIVATIVES, RATES
 from ocp_traj.solvers.solver import Outcome, Request
 from ocp_traj.task import Boundary, Limits, Objective, TrajectoryTask
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
@@ -28,12 +29,9 @@ DEFAULT_BUDGET = 20_000
 
 def joint_task(task: TrajectoryTask, joint: int) -> TrajectoryTask:
     """Return the kinematic task of one joint alone."""
-    limits: dict[str, Any] = {
-        name: task.limits.get(name)[:, :, [joint]]
-        for name in ("position", "velocity", "acceleration", "jerk")
-    }
+    limits: dict[str, Any] = {name: task.limits.get(name)[:, :, [joint]] for name in DERIVATIVES}
     boundary: dict[str, Any] = {}
-    for name in ("velocity", "acceleration", "jerk"):
+    for name in RATES:
         given = getattr(task.boundary, name)
         boundary[name] = None if given is None else given[:, [joint]]
     return TrajectoryTask(

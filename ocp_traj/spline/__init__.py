@@ -1,30 +1,30 @@
 """Spline families, each defined once and used numerically, in batches and symbolically.
 
-A new family is one file with a `Family` subclass, and one line here.
+A new family is one file with a `Family` subclass, and one line here; a task takes one from anywhere.
 """
 
 from __future__ import annotations
 
-from ocp_traj.exceptions import UnknownNameError
-from ocp_traj.spline.cubic import Cubic
-from ocp_traj.spline.family import Family, Piece, UniformFamily
+from typing import overload
+
+from ocp_traj.exceptions import TaskError, UnknownNameError
+from ocp_traj.spline.family import Family, Piece, SplinePart
 from ocp_traj.spline.interpolation import EndConditions
-from ocp_traj.spline.quintic import Quintic
-from ocp_traj.spline.septic import Septic
 from ocp_traj.spline.three_five_three import ThreeFiveThree
+from ocp_traj.spline.uniform import Cubic, Quintic, Septic, UniformFamily
 
 FAMILIES: dict[str, Family] = {
     family.name: family for family in (Cubic(), Quintic(), Septic(), ThreeFiveThree())
 }
 
 
-def get_family(name: str) -> Family:
-    """Return the family of that name.
+def get_family(family: Family | str) -> Family:
+    """Return the family of that name, or the family itself.
 
     Parameters
     ----------
-    name : str
-        As in case files.
+    family : Family or str
+        Names are those in case files.
 
     Raises
     ------
@@ -36,12 +36,48 @@ def get_family(name: str) -> Family:
     >>> get_family("septic").degree
     7
     """
-    try:
-        return FAMILIES[name]
-    except KeyError:
-        raise UnknownNameError(
-            f"spline family {name!r} is unknown, expected one of {', '.join(FAMILIES)}"
-        ) from None
+    if isinstance(family, Family):
+        return family
+    if not isinstance(family, str) or family not in FAMILIES:
+        raise UnknownNameError(f"spline family {family!r} is unknown, expected one of {', '.join(FAMILIES)}")
+    return FAMILIES[family]
 
 
-__all__ = ["FAMILIES", "EndConditions", "Family", "Piece", "UniformFamily", "get_family"]
+class FamilyField:
+    """Field of a task: given a family or its name, it holds the family.
+
+    Parameters
+    ----------
+    default : str
+        Name of the family a task has when none is given.
+    """
+
+    def __init__(self, default: str) -> None:
+        self.default = default
+
+    @overload
+    def __get__(self, task: None, owner: type) -> str: ...
+    @overload
+    def __get__(self, task: object, owner: type) -> Family: ...
+    def __get__(self, task: object | None, owner: type) -> Family | str:
+        """Return the family of a task."""
+        held: Family | str = self.default if task is None else task.__dict__["family"]
+        return held
+
+    def __set__(self, task: object, family: Family | str) -> None:
+        """Set the family of a task; raise `TaskError` where the name is unknown."""
+        try:
+            task.__dict__["family"] = get_family(family)
+        except UnknownNameError as error:
+            raise TaskError("spline.family", str(error).removeprefix("spline family ")) from None
+
+
+__all__ = [
+    "FAMILIES",
+    "EndConditions",
+    "Family",
+    "Piece",
+    "SplinePart",
+    "UniformFamily",
+    "get_family",
+]

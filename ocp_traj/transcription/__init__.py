@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from ocp_traj.exceptions import InputError
-from ocp_traj.spline import get_family
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
+from ocp_traj.transcription.condensed.encodings import Encoding
 from ocp_traj.transcription.curve import build_trajectory, trajectory_from_durations
 from ocp_traj.transcription.guess import initial_guess, insert_knots
 from ocp_traj.transcription.lifted.lifted import ExtraPoints, LiftedNlp
@@ -15,7 +15,10 @@ FORMS = ("condensed", "lifted")
 
 
 def transcribe(
-    task: TrajectoryTask, form: str = "condensed", encoding: str = "durations", samples: int = 16
+    task: TrajectoryTask,
+    form: str = "condensed",
+    encoding: str | type[Encoding] = "durations",
+    samples: int = 16,
 ) -> Nlp:
     """Return a task as a numerical problem, to look at or to solve.
 
@@ -25,8 +28,8 @@ def transcribe(
     form : str
         ``"condensed"``: durations (and offsets of virtual knots) alone, as in the papers. ``"lifted"``: every
         knot's state, tied by continuity equations; what gradient solvers get.
-    encoding : str
-        Of the condensed form: ``"durations"``, ``"log-durations"`` or ``"scaled"``.
+    encoding : str or Encoding class
+        Of the condensed form: ``"durations"``, ``"log-durations"``, ``"scaled"``, or one of your own.
     samples : int
         Samples a gap of limits that have no closed-form extrema.
 
@@ -43,7 +46,7 @@ def transcribe(
     if form == "condensed":
         return CondensedNlp(task, encoding=encoding, samples=samples)
     if form == "lifted":
-        if not get_family(task.family).takes_virtual_knots:
+        if not task.family.has_lifted_form:
             raise InputError(f"{task.family} has the condensed form only, expected form 'condensed'")
         return LiftedNlp(task, initial_guess(task), samples, ExtraPoints())
     raise InputError(f"form {form!r} is unknown, expected one of {', '.join(FORMS)}")

@@ -8,15 +8,17 @@ import numpy as np
 
 from ocp_traj.arrays import Array, ArrayLike
 from ocp_traj.exceptions import InputError
-from ocp_traj.spline import EndConditions, get_family
+from ocp_traj.quantities import RATES
+from ocp_traj.spline import EndConditions, Piece
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
 
 def end_conditions(task: TrajectoryTask) -> EndConditions:
-    """Return the derivatives the task gives at both ends, each (1, n)."""
-    ends: list[dict[int, Any]] = [{}, {}]
-    for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
+    """Return the derivatives the task gives at both ends, each (1, n); those above the jerk vanish or are free."""
+    above = {order: np.zeros((1, task.n)) for order in task.family.end_orders if order > 3}
+    ends: list[dict[int, Any]] = [dict(above), dict(above)]
+    for order, name in enumerate(RATES, start=1):
         given = getattr(task.boundary, name)
         if given is not None:
             for side in (0, 1):
@@ -32,7 +34,7 @@ def decided_knots(task: TrajectoryTask) -> tuple[list[int], list[int]]:
     InputError
         An end has more such conditions than the gap beside it has virtual knots.
     """
-    first, last = get_family(task.family).fixed_by_ends(end_conditions(task))
+    first, last = task.family.fixed_by_ends(end_conditions(task))
     segments = task.gaps * (task.virtual_knots + 1)
     room = task.virtual_knots if task.gaps > 1 else task.virtual_knots - max(first, last)
     if max(first, last) > room:
@@ -41,6 +43,24 @@ def decided_knots(task: TrajectoryTask) -> tuple[list[int], list[int]]:
             f"{max(first, last)} knot positions at each end; expected at least as many virtual knots in a gap"
         )
     return list(range(1, first + 1)), list(range(segments - last, segments))
+
+
+def pieces_through(
+    task: TrajectoryTask, durations: list[Any], positions: list[Any], ends: EndConditions
+) -> list[Piece]:
+    """Return the pieces of the family's curve through knot positions; see `Family.pieces`.
+
+    Parameters
+    ----------
+    task : TrajectoryTask
+    durations, positions : lists of m and m + 1 entries
+        Positions that the end conditions decide are ignored.
+    ends : EndConditions
+        Those of the task, as numbers or symbols.
+    """
+    first, last = decided_knots(task)
+    known = [None if knot in (*first, *last) else row for knot, row in enumerate(positions)]
+    return task.family.pieces(durations, known, ends)
 
 
 def build_trajectory(task: TrajectoryTask, durations: Array, positions: Array) -> Trajectory:
@@ -53,21 +73,16 @@ def build_trajectory(task: TrajectoryTask, durations: Array, positions: Array) -
     positions : (m + 1, n) rad (m)
         At the knots; those that the end conditions decide are ignored.
     """
-    starts, ends = decided_knots(task)
-    rows: list[Any] = [row[None, :] for row in positions]
-    for knot in (*starts, *ends):
-        rows[knot] = None
-    columns = [np.full((1, 1), h) for h in durations]
-    pieces = get_family(task.family).pieces(columns, rows, end_conditions(task))
+    columns, rows = [np.full((1, 1), h) for h in durations], [row[None, :] for row in positions]
+    pieces = pieces_through(task, columns, rows, end_conditions(task))
     degree = max(piece.degree for piece in pieces)
     coefficients = np.zeros((len(pieces), task.n, degree + 1))
     for index, piece in enumerate(pieces):
         for power, value in enumerate(piece.coefficients()):
             coefficients[index, :, power] = np.ravel(value) / durations[index] ** power
     breakpoints = np.concatenate([[0.0], np.cumsum(durations)])
-    return Trajectory(
-        breakpoints, coefficients, breakpoints[:: task.virtual_knots + 1], family=task.family, case=task.name
-    )
+    waypoint_times = breakpoints[:: task.virtual_knots + 1]
+    return Trajectory(breakpoints, coefficients, waypoint_times, family=task.family.name, case=task.name)
 
 
 def trajectory_from_durations(task: TrajectoryTask, durations: ArrayLike) -> Trajectory:

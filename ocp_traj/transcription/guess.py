@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.spline import get_family
+from ocp_traj.quantities import RATES
 from ocp_traj.task import Boundary, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.curve import build_trajectory
@@ -22,7 +22,7 @@ def closed_form_durations(task: TrajectoryTask) -> Array:
     """
     travel = np.abs(np.diff(task.waypoints, axis=0))
     durations = np.zeros(task.gaps)
-    for name, factor, power in (("velocity", 1.2, 1), ("acceleration", 2.0, 2), ("jerk", 2.2, 3)):
+    for power, (name, factor) in enumerate(zip(RATES, (1.2, 2.0, 2.2)), start=1):
         limit = np.minimum(-task.limits.get(name)[:, 0], task.limits.get(name)[:, 1])
         with np.errstate(divide="ignore", invalid="ignore"):
             needed = factor * (travel / limit) ** (1.0 / power)
@@ -42,14 +42,10 @@ def initial_guess(task: TrajectoryTask, durations: Array | None = None) -> Traje
         Of the gaps, s, before the scaling; from distances and limits when left out.
     """
     gaps = closed_form_durations(task) if durations is None else durations
-    if get_family(task.family).takes_virtual_knots and task.virtual_knots:
-        default = Boundary(task.boundary.velocity)
-        bare = insert_knots(
-            _smooth(task.changed(virtual_knots=0, boundary=default), gaps), task.virtual_knots
-        )
-    else:
-        bare = _smooth(task, gaps)
-    return bare
+    if not task.virtual_knots:
+        return _smooth(task, gaps)
+    bare = task.changed(virtual_knots=0, boundary=Boundary(task.boundary.velocity))
+    return insert_knots(_smooth(bare, gaps), task.virtual_knots)
 
 
 def _smooth(task: TrajectoryTask, durations: Array) -> Trajectory:
@@ -69,7 +65,7 @@ def kinematic_scale(task: TrajectoryTask, trajectory: Trajectory) -> float:
     t = (breakpoints[:-1, None] + fractions * np.diff(breakpoints)[:, None]).ravel()
     gap = np.clip(np.searchsorted(trajectory.waypoint_times, t, side="right") - 1, 0, task.gaps - 1)
     scale = 0.0
-    for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
+    for order, name in enumerate(RATES, start=1):
         limits = task.limits.get(name)[gap]
         value = trajectory(t, order)
         with np.errstate(divide="ignore", invalid="ignore"):

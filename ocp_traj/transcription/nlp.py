@@ -13,6 +13,9 @@ from ocp_traj.arrays import Array, read_only
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
+Symbol = Any
+"""A CasADi expression, MX or SX; CasADi itself has no types."""
+
 
 @dataclass(frozen=True)
 class RowBlock:
@@ -44,9 +47,9 @@ class Nlp(Problem):
     task : TrajectoryTask
     form : str
         ``"condensed"`` or ``"lifted"``.
-    encoding : str
-        What the variables mean to a population method: ``"durations"``, ``"log-durations"``, ``"scaled"``; the
-        lifted form has ``"knot-states"``.
+    encoding : Encoding or str
+        What the variables mean; its text is the name: ``"durations"``, ``"log-durations"``, ``"scaled"``, or one's
+        own; the lifted form has ``"knot-states"``.
     x, f, g : MX or SX
         Symbols; f in the objective's own unit, every row of g scaled by its limit (1e-3 means 0.1 % over).
     derivatives : dict
@@ -57,7 +60,7 @@ class Nlp(Problem):
     """
 
     form: str
-    encoding: str
+    encoding: object
 
     def __init__(
         self,
@@ -77,9 +80,9 @@ class Nlp(Problem):
         self.g_upper = read_only(g_upper)
         self.rows = rows
 
-    x: Any
-    f: Any
-    g: Any
+    x: Symbol
+    f: Symbol
+    g: Symbol
     derivatives: dict[str, Any]
 
     @abstractmethod

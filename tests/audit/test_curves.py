@@ -7,8 +7,8 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
-from audit_motions import INERTIA, clamped_cubic, pendulum
 
+from helpers.audit_motions import INERTIA, clamped_cubic, pendulum
 from ocp_traj.audit import audit, chebyshev
 from ocp_traj.exceptions import InputError
 from ocp_traj.robot import Robot, load_robot

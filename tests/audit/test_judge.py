@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from audit_motions import clamped_cubic, pendulum, random_spline
 
+from helpers.audit_motions import clamped_cubic, pendulum, random_spline
 from ocp_traj.audit import audit
 from ocp_traj.exceptions import InputError
 from ocp_traj.task import Boundary, Limits, Objective, TrajectoryTask

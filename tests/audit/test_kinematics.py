@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from audit_motions import clamped_cubic, random_pieces, random_spline
 from scipy.interpolate import PPoly
 
+from helpers.audit_motions import clamped_cubic, random_pieces, random_spline
 from ocp_traj.audit import audit
 from ocp_traj.audit.kinematics import kinematic_peaks
-from ocp_traj.audit.motion import ORDERS, Motion
+from ocp_traj.audit.motion import Motion
 from ocp_traj.audit.polynomials import candidate_points, evaluate, roots_in_unit_interval
+from ocp_traj.quantities import DERIVATIVES
 from ocp_traj.task import Boundary, Limits, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
@@ -42,7 +43,7 @@ def random_limits(rng: np.random.Generator, trajectory: Trajectory) -> dict[str,
     """Return asymmetric limits of the motion's order of size, different in each gap."""
     gaps = len(trajectory.waypoint_times) - 1
     limits = {}
-    for order, name in enumerate(ORDERS):
+    for order, name in enumerate(DERIVATIVES):
         samples = trajectory(np.linspace(0, trajectory.duration, 50), order)
         size = np.abs(samples).max(axis=0) + 1e-300
         block = rng.uniform(0.3, 2.0, (gaps, 2, trajectory.n)) * size
@@ -54,13 +55,13 @@ def random_limits(rng: np.random.Generator, trajectory: Trajectory) -> dict[str,
 def compare_with_brute_force(trajectory: Trajectory, seconds: float, rng: np.random.Generator) -> None:
     limits = random_limits(rng, trajectory)
     waypoints = np.zeros((len(trajectory.waypoint_times), trajectory.n))
-    scaled_limits = {name: limits[name] / seconds**order for order, name in enumerate(ORDERS)}
+    scaled_limits = {name: limits[name] / seconds**order for order, name in enumerate(DERIVATIVES)}
     task = TrajectoryTask(waypoints, Limits(**scaled_limits))
     motion = Motion.of(trajectory.scaled(seconds))
     peaks = {(peak.limit, peak.joint): peak for peak in kinematic_peaks(task, motion)}
     assert len(peaks) == 4 * trajectory.n
     gaps = Motion.of(trajectory).gaps
-    for order, name in enumerate(ORDERS):
+    for order, name in enumerate(DERIVATIVES):
         for joint, (values, pieces) in enumerate(brute_force(trajectory, order)):
             lower, upper = limits[name][gaps[pieces], :, joint].T
             if order == 0:
@@ -234,12 +235,12 @@ def test_a_jump_makes_the_next_derivative_infinite(
     infinite = sorted(name for name, peak in verdict.limits.items() if peak.ratio == np.inf)
     assert infinite == broken
     sentences = [finding for finding in verdict.findings if "jumps" in finding]
-    word = ORDERS[order]
+    word = DERIVATIVES[order]
     assert sentences == [
         f"{name}: joint 1, gap 2, at 1 s: inf against {limits.get(name, np.inf):g} "
         f"{ {'velocity': 'rad/s (m/s)', 'acceleration': 'rad/s^2 (m/s^2)', 'jerk': 'rad/s^3 (m/s^3)'}[name] }"
         f", the {word} of joint 1 jumps by 0.01"
-        for name in ORDERS
+        for name in DERIVATIVES
         if name in broken
     ]
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
-from audit_motions import INERTIA, clamped_cubic, pendulum, random_spline
 
+from helpers.audit_motions import INERTIA, clamped_cubic, pendulum, random_spline
 from ocp_traj.audit import Verdict, audit
 from ocp_traj.robot import Robot, load_robot
 from ocp_traj.robot.additions import Friction

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from audit_motions import INERTIA, clamped_cubic, pendulum
 
+from helpers.audit_motions import INERTIA, clamped_cubic, pendulum
 from ocp_traj.audit import audit, chebyshev
 from ocp_traj.audit.motion import Motion
 from ocp_traj.audit.torque import relative_bound, torque_curve

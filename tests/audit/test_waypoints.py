@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from audit_motions import clamped_cubic
 
+from helpers.audit_motions import clamped_cubic
 from ocp_traj.audit import audit
 from ocp_traj.audit.waypoints import with_waypoint_times
 from ocp_traj.exceptions import InputError

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 import time
@@ -10,17 +9,17 @@ from pathlib import Path
 
 import numpy as np
 
+from helpers.databases import connections_with
+from helpers.processes import child_environment
 from ocp_traj.comparison.report.report import write_report
 from ocp_traj.comparison.runs.plan import CaseChoice, Plan
 from ocp_traj.comparison.runs.record import RunRecord
 from ocp_traj.comparison.runs.store import Store
 
-FAKES = Path(__file__).parent.parent / "comparison"
-
 _SCRIPT = """
 import sys, time
 from pathlib import Path
-import comparison_fakes as fakes
+from helpers import comparison_fakes as fakes
 from ocp_traj.comparison.runs.compare import compare
 from ocp_traj.comparison.runs.plan import CaseChoice, Plan
 
@@ -37,10 +36,9 @@ print(time.perf_counter() - started)
 
 def seconds_with(jobs: int, folder: Path) -> float:
     """Wall time of 40 runs of one second of work each, workers warm."""
-    path = os.pathsep.join([str(FAKES), *(entry for entry in sys.path if entry)])
     done = subprocess.run(
         [sys.executable, "-c", _SCRIPT, str(folder), str(jobs)],
-        env={**os.environ, "PYTHONPATH": path},
+        env=child_environment(),
         capture_output=True,
         text=True,
         check=True,
@@ -65,8 +63,8 @@ def test_report_of_ten_thousand_rows(tmp_path: Path) -> None:
         "machine": {"system": "", "processor": "", "cores": 1, "memory_gb": None},
         "git": None,
     }
-    with Store(tmp_path, create=True) as store:
-        store._connection.execute("PRAGMA synchronous = OFF")  # filling is not what is measured
+    # filling is not what is measured
+    with connections_with("PRAGMA synchronous = OFF"), Store(tmp_path, create=True) as store:
         specs = plan.runs(lambda choice: (choice.case, choice.case))
         number = store.add_plan(plan, environment, specs)
         for spec in specs:

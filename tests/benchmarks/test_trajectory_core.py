@@ -6,8 +6,6 @@ scaling and audit are all counted; machine code is used only where a test's name
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,13 +13,10 @@ import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
 import ocp_traj as ot
+from helpers.public_examples import moveit_test1, moveit_test3, toppra_kinematics
 from ocp_traj.references import kinematic_bound
 from ocp_traj.solvers.gradient.gradient import Gradient
 from ocp_traj.task import Boundary, Limits, TrajectoryTask
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "differential"))
-
-from public_examples import moveit_test1, moveit_test3, toppra_kinematics
 
 INTERPRETED = Gradient(compiled=False)
 

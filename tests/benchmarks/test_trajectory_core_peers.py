@@ -7,26 +7,21 @@ Every curve a peer returns is judged by our audit against the same limits; the v
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
 import ocp_traj as ot
+from helpers.peers.answer import PeerAnswer
+from helpers.peers.drake import path_parameters, solve_with_drake
+from helpers.peers.pyroboplan import solve_with_pyroboplan
+from helpers.peers.ruckig import solve_with_ruckig
+from helpers.peers.toppra import solve_with_toppra
+from helpers.peers.totg import solve_with_totg
 from ocp_traj.solvers.gradient.gradient import Gradient
 from ocp_traj.task import Boundary, TrajectoryTask
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "differential"))
-
-from peer_answer import PeerAnswer
-from peer_drake import path_parameters, solve_with_drake
-from peer_pyroboplan import solve_with_pyroboplan
-from peer_ruckig import solve_with_ruckig
-from peer_toppra import solve_with_toppra
-from peer_totg import solve_with_totg
 
 CASES = ("yu-2025-four-points", "puma560-eight-knots", "machines-2024-490", "fang-2020-task-1")
 LIMITED_JERK = ("yu-2025-four-points", "puma560-eight-knots", "fang-2020-task-1")

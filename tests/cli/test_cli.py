@@ -9,11 +9,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import click
 import numpy as np
 import pytest
 import yaml
 
-from ocp_traj.cli.main import _COMMANDS, run
+from ocp_traj.cli.main import cli, run
 from ocp_traj.comparison.runs.store import Store
 
 HEAVY = (
@@ -68,7 +69,7 @@ def solved(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("command", ["", *_COMMANDS])
+@pytest.mark.parametrize("command", ["", *cli.list_commands(click.Context(cli))])
 def test_help_imports_nothing_heavy(command: str) -> None:
     code = (
         "import sys\nfrom ocp_traj.cli.main import run\n"

@@ -1,4 +1,4 @@
-"""Makes the modules of tasks beside the tests importable, and the entry points of the source tree visible."""
+"""Makes the entry points of the source tree visible."""
 
 from __future__ import annotations
 
@@ -7,9 +7,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).parents[1] / "transcription"))
 
 GROUP = "ocp_traj.solvers"
 

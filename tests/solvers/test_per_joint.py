@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from condensed_tasks import LIMITS, OBJECTIVES, make_task
 
+from helpers.condensed_tasks import LIMITS, OBJECTIVES, make_task
 from ocp_traj import load_case
 from ocp_traj.exceptions import InputError
 from ocp_traj.solvers.per_joint import joint_task, moving_gaps, synchronise

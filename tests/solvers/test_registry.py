@@ -6,8 +6,8 @@ import sys
 from collections.abc import Callable
 
 import pytest
-from condensed_tasks import LIMITS, make_task
 
+from helpers.condensed_tasks import LIMITS, make_task
 from ocp_traj.exceptions import InputError, UnavailableError, UnknownNameError
 from ocp_traj.solvers import parse_solver, solver_names, solver_table, split_solvers
 from ocp_traj.solvers.gradient.multistart import MultiStart

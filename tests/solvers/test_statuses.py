@@ -6,34 +6,22 @@ from dataclasses import replace
 from typing import Any
 
 import casadi as ca
-import numpy as np
 import pytest
 
+from helpers.small_tasks import ARM_POINTS, arm_task, plain_task
 from metaheuristics import Status
 from ocp_traj.case import load_case
-from ocp_traj.robot import load_robot
 from ocp_traj.solvers import Request
 from ocp_traj.solvers.gradient.account import Account
 from ocp_traj.solvers.gradient.gradient import LOOSE, Gradient
 from ocp_traj.solving import SolveResult, solve
-from ocp_traj.task import CustomObjective, Limits, Objective, TrajectoryTask
+from ocp_traj.task import CustomObjective, Objective, TrajectoryTask
 from ocp_traj.transcription.guess import initial_guess
 
-POINTS = [[0.0, 0.0], [1.0, 0.5], [0.5, 1.0]]
-LIMITS = Limits(velocity=2.0, acceleration=4.0)
 
-
-def plain_task(**changes: Any) -> TrajectoryTask:
-    return TrajectoryTask(POINTS, LIMITS, **changes)
-
-
-def arm_task() -> TrajectoryTask:
-    points = np.deg2rad(
-        [[0, -90, 90, -90, -90, 0], [45, -70, 80, -100, -90, 45], [90, -90, 90, -90, -90, 90]]
-    )
-    torque = [60.0, 60.0, 60.0, 12.0, 12.0, 12.0]
-    limits = Limits(velocity=2.1, acceleration=5.2, jerk=50.0, torque=torque)
-    return TrajectoryTask(points, limits, load_robot("ur5"), virtual_knots=3, objective=Objective(energy=1.0))
+def hard_task() -> TrajectoryTask:
+    limits = {"jerk": 50.0, "torque": [60.0, 60.0, 60.0, 12.0, 12.0, 12.0]}
+    return arm_task(ARM_POINTS[[0, 1, 3]], limits=limits, virtual_knots=3, objective=Objective(energy=1.0))
 
 
 def converged() -> SolveResult:
@@ -45,7 +33,7 @@ def out_of_budget() -> SolveResult:
 
 
 def out_of_time() -> SolveResult:
-    return solve(arm_task(), time_limit=0.05)
+    return solve(hard_task(), time_limit=0.05)
 
 
 def infeasible() -> SolveResult:

@@ -16,7 +16,8 @@ class RunRecord:
     Parameters
     ----------
     status, message
-        How the run ended, one of the words of `metaheuristics.Status`, and the solver's own sentence or the reason of the failure.
+        How the run ended (a word of `metaheuristics.Status`), and the solver's own sentence or the reason of the
+        failure.
     reason
         Empty for a run that came to its end; else ``time limit``, ``memory limit``, ``crash`` or ``error``.
     claimed

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ocp_traj.arrays import Array, read_only
+from ocp_traj.quantities import DERIVATIVES, RATES
 from ocp_traj.references.bounds.branch_and_bound import prove_total
 from ocp_traj.references.bounds.enclosure import Enclosure
 from ocp_traj.references.bounds.kinematic_bound import MARGIN, gap_bounds
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from ocp_traj.task import TrajectoryTask
 
 LARGEST_GAPS = 4
-KINDS = ("velocity", "acceleration", "jerk")
 _INSTANTS = np.linspace(0.0, 1.0, 65)
 
 
@@ -134,13 +134,13 @@ def _reason_against(task: TrajectoryTask) -> str:
         ),
         (task.limited("torque") or task.limited("torque_rate"), "torque limits are not covered"),
         (
-            bool(limits.cartesian_speed) or bool(task.constraints),
+            bool(limits.cartesian_speed or limits.others or task.constraints),
             "Cartesian and custom limits are not covered",
         ),
         (bool(np.any(task.tolerance)), "tolerances around waypoints are not covered"),
         (_bounded_durations(task), "bounds on durations are not covered"),
         (
-            not any(task.limited(name) for name in KINDS),
+            not any(task.limited(name) for name in RATES),
             "no velocity, acceleration or jerk limit bounds the time",
         ),
     )
@@ -156,15 +156,16 @@ class _SplineBounds:
     """Bounds of T over cells of proportions, for one task."""
 
     def __init__(self, task: TrajectoryTask) -> None:
-        from ocp_traj.spline import EndConditions, get_family
+        from ocp_traj.spline import EndConditions
 
-        self.family = get_family(task.family)
+        self.family = task.family
         zero = np.zeros((1, task.n))
-        names = {1: "velocity", 2: "acceleration", 3: "jerk"}
-        given = {order: zero for order, name in names.items() if getattr(task.boundary, name) is not None}
+        given = {
+            order: zero for order, name in enumerate(RATES, 1) if getattr(task.boundary, name) is not None
+        }
         self.ends = EndConditions(dict(given), dict(given))
         self.positions = [row[None, :] for row in np.asarray(task.waypoints)]
-        self.limits = {kind: task.limits.get(kind) for kind in KINDS if task.limited(kind)}
+        self.limits = {kind: task.limits.get(kind) for kind in RATES if task.limited(kind)}
 
     def pieces(self, durations: list[Any]) -> list[list[Any]]:
         """Return each piece's ascending coefficients in normalised time."""
@@ -201,7 +202,7 @@ class _SplineBounds:
         return np.concatenate(needed, axis=1)
 
     def _orders(self) -> list[tuple[int, tuple[str, Array]]]:
-        return [(KINDS.index(kind) + 1, (kind, limit)) for kind, limit in self.limits.items()]
+        return [(DERIVATIVES.index(kind), (kind, limit)) for kind, limit in self.limits.items()]
 
     def bound(self, lows: Array, highs: Array, parents: Array, target: float) -> Array:
         """Return lower bounds of T over cells; see `branch_and_bound.CellBound`."""
@@ -322,7 +323,7 @@ def exact_total(task: TrajectoryTask, spline: _SplineBounds, proportions: Array)
     """Return T(p) from the exact extrema of the curve, s; infinite where it leaves the position limits."""
     curve = [np.stack(piece) for piece in spline.pieces([np.full((1, 1), share) for share in proportions])]
     total = 0.0
-    for order, kind in enumerate(("position", *KINDS)):
+    for order, kind in enumerate(DERIVATIVES):
         if not task.limited(kind):
             continue
         limits = task.limits.get(kind)

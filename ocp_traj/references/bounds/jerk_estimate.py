@@ -15,6 +15,7 @@ import numpy as np
 
 from ocp_traj.arrays import Array, read_only
 from ocp_traj.exceptions import InputError
+from ocp_traj.quantities import RATES
 
 if TYPE_CHECKING:
     from ocp_traj.task import TrajectoryTask
@@ -91,9 +92,7 @@ def _first_guess(task: TrajectoryTask, knots: int) -> _States:
     """Return the motion that stops at every waypoint, slow enough for a smooth polynomial to keep the limits."""
     distance = np.abs(np.diff(task.waypoints, axis=0))
     times = [np.zeros(task.gaps)]
-    for order, (kind, peak) in enumerate(
-        (("velocity", 1.875), ("acceleration", 5.774), ("jerk", 60.0)), start=1
-    ):
+    for order, (kind, peak) in enumerate(zip(RATES, (1.875, 5.774, 60.0)), start=1):
         limit = np.min(np.abs(task.limits.get(kind)), axis=1)
         times.append((peak * distance / np.maximum(limit, 1e-12)).max(axis=1) ** (1.0 / order))
     total = np.maximum(np.max(times, axis=0), 1e-6)

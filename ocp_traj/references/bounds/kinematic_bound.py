@@ -97,7 +97,7 @@ def kinematic_bound(
         return KinematicBound(
             None, None, False, "the ends are not at rest, the bound is defined from rest to rest"
         )
-    moving, limits, reason = _joint_limits(task)
+    moving, limits, reason = joint_limits(task)
     if reason:
         return KinematicBound(None, None, False, reason)
     gaps, n = task.gaps, task.n
@@ -125,14 +125,14 @@ def kinematic_bound(
 
 def gap_bounds(task: TrajectoryTask, total: float) -> Array:
     """Return a certified least duration (G,) of every gap in motions that last no longer than `total`, s."""
-    moving, limits, reason = _joint_limits(task)
+    moving, limits, reason = joint_limits(task)
     if reason or not moving.any():
         return np.zeros(task.gaps)
     blocks = _single_gaps(limits, total, 2e-3, np.inf)[0]
     return np.array([blocks[first, first + 1] for first in range(task.gaps)]) * (1.0 - MARGIN)
 
 
-def _joint_limits(task: TrajectoryTask) -> tuple[Array, JointLimits, str]:
+def joint_limits(task: TrajectoryTask) -> tuple[Array, JointLimits, str]:
     """Return which joints need to move (n,), their limits, and why there is no bound (empty if there is one)."""
     waypoints, tolerance = np.asarray(task.waypoints), np.asarray(task.tolerance)
     distance = np.diff(waypoints, axis=0)

@@ -49,7 +49,7 @@ def touching(normals: Array, offsets: Array, slack: float = 1e-9) -> tuple[BoolA
     for first in range(0, count, _BLOCK):
         block = slice(first, first + _BLOCK)
         columns = np.flatnonzero(near[block].any(axis=0))
-        start, end = _clip_lines(rows[block][:, columns], bounds[block][:, columns])
+        start, end = clip_lines(rows[block][:, columns], bounds[block][:, columns])
         edges[block, columns] = end >= start - slack
     edges &= ~nothing
     empty: BoolArray = ~edges.any(axis=1) | (nothing & (bounds < 0)).any(axis=1)
@@ -85,7 +85,7 @@ def _may_touch(rows: Array, bounds: Array, slack: float) -> BoolArray:
     return near
 
 
-def _clip_lines(rows: Array, bounds: Array) -> tuple[Array, Array]:
+def clip_lines(rows: Array, bounds: Array) -> tuple[Array, Array]:
     """Return the interval [start, end], (N, r) each, of every row's line that the other rows leave over.
 
     Row i's line is bounds_i rows_i + t along_i; row j cuts it at t with t (rows_j . along_i) = room_ij.

@@ -8,9 +8,9 @@ import numpy as np
 from scipy.optimize import linprog
 
 from ocp_traj.arrays import Array
+from ocp_traj.limits.limit import bound_scales
+from ocp_traj.quantities import JOINT_LIMITS, RATES
 from ocp_traj.task import Objective, TrajectoryTask
-
-_UNITS = {"velocity": "rad/s", "acceleration": "rad/s^2", "jerk": "rad/s^3"}
 
 
 def certain_conflict(task: TrajectoryTask) -> str:
@@ -22,7 +22,7 @@ def _zero_limit(task: TrajectoryTask) -> str:
     slack = np.asarray(task.tolerance)
     least = np.abs(np.diff(task.waypoints, axis=0)) - slack[1:] - slack[:-1]
     signed = np.diff(task.waypoints, axis=0)
-    for name in ("velocity", "acceleration", "jerk"):
+    for name in RATES:
         limits = task.limits.get(name)
         for gap, joint in np.argwhere(least > 0):
             lower, upper = limits[gap, :, joint]
@@ -47,7 +47,7 @@ def _starts_still(task: TrajectoryTask, gap: int, joint: int) -> bool:
 
 
 def _boundary_outside(task: TrajectoryTask) -> str:
-    for name in ("velocity", "acceleration", "jerk"):
+    for name in RATES:
         given = getattr(task.boundary, name)
         if given is None:
             continue
@@ -58,8 +58,8 @@ def _boundary_outside(task: TrajectoryTask) -> str:
             if len(outside):
                 joint = int(outside[0])
                 return (
-                    f"{name}: joint {joint + 1}, gap {gap + 1}: {value[joint]:.6g} {_UNITS[name]} is asked for at "
-                    f"the {word}, outside the limits {lower[joint]:.6g} to {upper[joint]:.6g}."
+                    f"{name}: joint {joint + 1}, gap {gap + 1}: {value[joint]:.6g} {JOINT_LIMITS[name].unit} is asked "
+                    f"for at the {word}, outside the limits {lower[joint]:.6g} to {upper[joint]:.6g}."
                 )
     return ""
 
@@ -76,7 +76,7 @@ def _end_torque(task: TrajectoryTask) -> str:
         lower, upper = task.limits.get("torque")[gap]
         torque = _least_torque(task, side, gap)
         over = np.maximum(torque - upper, lower - torque)
-        joint = int(np.argmax(over / _torque_scale(lower, upper)))
+        joint = int(np.argmax(over / bound_scales(np.stack([lower, upper]))))
         if over[joint] > 1e-7 * max(abs(torque[joint]), 1e-300):
             return (
                 f"torque: joint {joint + 1}, gap {gap + 1}: {torque[joint]:.6g} N m are needed at waypoint "
@@ -89,13 +89,6 @@ def _whatever(task: TrajectoryTask) -> str:
     return "" if task.boundary.acceleration is not None else " whatever the acceleration within its limits"
 
 
-def _torque_scale(lower: Array, upper: Array) -> Array:
-    """Return the larger finite bound of every joint, 1 where there is none."""
-    size = np.where(np.isfinite([lower, upper]), np.abs([lower, upper]), 0.0).max(axis=0)
-    scale: Array = np.where(size > 0, size, 1.0)
-    return scale
-
-
 def _least_torque(task: TrajectoryTask, side: int, gap: int) -> Array:
     """Return the torques (n,) at one end that exceed their limits least, N m."""
     assert task.robot is not None
@@ -106,7 +99,7 @@ def _least_torque(task: TrajectoryTask, side: int, gap: int) -> Array:
     still = task.robot.torque(q, v, np.zeros_like(q))[0]
     inertia = np.stack([task.robot.torque(q, v, unit[None])[0] - still for unit in np.eye(task.n)], axis=1)
     lower, upper = task.limits.get("torque")[gap]
-    scale = _torque_scale(lower, upper)[:, None]
+    scale = bound_scales(np.stack([lower, upper]))[:, None]
     rows = np.block([[inertia, -scale], [-inertia, -scale]])
     room = np.concatenate([upper - still, still - lower])
     finite = np.isfinite(room)

@@ -15,6 +15,7 @@ import casadi as ca
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.costs import instant_costs
 from ocp_traj.limits import DERIVATIVE_LIMITS
 from ocp_traj.solvers.gradient.account import Account
 from ocp_traj.task import TrajectoryTask
@@ -22,8 +23,8 @@ from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.lifted.lifted import LiftedNlp
 from ocp_traj.transcription.nlp import RowBlock
 
-HARD_ROWS = ("continuity", "boundary jerk", "energy", "energy_without_regeneration")
-"""Rows that define the motion or a cost, not a limit."""
+HARD_ROWS = ("continuity", "boundary jerk")
+"""Rows that define the motion, not a limit."""
 
 ITERATIONS = 200
 SLOW = 4.0
@@ -140,8 +141,9 @@ def _broken(nlp: LiftedNlp, x: Array, rows: Any, bounds: Any) -> Array:
 
 
 def _soft_rows(nlp: LiftedNlp) -> Any:
-    """Return the rows that are limits."""
-    hard = [np.full(len(block), block.limit in HARD_ROWS) for block in nlp.rows]
+    """Return the rows that are limits: neither the motion nor a kinked cost."""
+    hard_rows = {*HARD_ROWS, *(cost.name for cost in instant_costs(nlp.task) if cost.shape != "sum")}
+    hard = [np.full(len(block), block.limit in hard_rows) for block in nlp.rows]
     return np.flatnonzero(~np.concatenate([*hard, np.empty(0, dtype=bool)]))
 
 

@@ -12,9 +12,10 @@ import casadi as ca
 import numpy as np
 
 from metaheuristics import Status
-from ocp_traj.arrays import Array, read_only
+from ocp_traj.arrays import Array
 from ocp_traj.audit import audit
 from ocp_traj.exceptions import InputError, TaskError, UnavailableError
+from ocp_traj.limits import instant_limits
 from ocp_traj.solvers.gradient.account import Account
 from ocp_traj.solvers.gradient.diagnosis import certain_conflict, too_short
 from ocp_traj.solvers.gradient.elastic import elastic_phase
@@ -28,12 +29,11 @@ from ocp_traj.solvers.gradient.plugins import (
 from ocp_traj.solvers.gradient.refinement import broken_points, new_points
 from ocp_traj.solvers.gradient.starts import other_starts
 from ocp_traj.solvers.solver import Outcome, Request, Solver
-from ocp_traj.spline import get_family
+from ocp_traj.spline import Family
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
 from ocp_traj.transcription.guess import initial_guess, insert_knots
-from ocp_traj.transcription.instants import instant_of
 from ocp_traj.transcription.lifted.layout import Layout
 from ocp_traj.transcription.lifted.lifted import ExtraPoints, LiftedNlp
 from ocp_traj.transcription.nlp import Nlp, RowBlock
@@ -337,8 +337,8 @@ class Gradient(Solver):
 
     def _starts_roughly(self, task: TrajectoryTask) -> bool:
         """Return whether the first rounds of added points are solved to `LOOSE` only."""
-        follows = plugin_named(self.plugin).takes_multipliers and get_family(task.family).takes_virtual_knots
-        return follows and bool(instant_of(task).constraints)
+        follows = plugin_named(self.plugin).takes_multipliers and task.family.has_lifted_form
+        return follows and bool(instant_limits(task))
 
     def _solve_few_knots(
         self, task: TrajectoryTask, knots: int, guess: Trajectory | None, account: Account
@@ -366,7 +366,7 @@ class Gradient(Solver):
         """Return the lifted form, or the condensed one of families that have no other."""
         clock = time.perf_counter()
         nlp: Nlp
-        if get_family(task.family).takes_virtual_knots:
+        if task.family.has_lifted_form:
             compiled = self.compiled and plugin_named(self.plugin).own_derivatives
             nlp = LiftedNlp(task, guess, samples or self.samples, extra, layout=layout, compiled=compiled)
         else:
@@ -427,18 +427,12 @@ class Gradient(Solver):
         return _read_answer(nlp, answer, status, message)
 
 
-def _condensed(
-    task: TrajectoryTask, guess: Trajectory, samples: int, extrema: str = "auto"
-) -> CondensedNlp:
+def _condensed(task: TrajectoryTask, guess: Trajectory, samples: int, extrema: str = "auto") -> CondensedNlp:
     """Return the condensed form in logarithms of the durations, started from a guess."""
     durations = np.asarray(guess.segment_durations)
-    search = replace(task.search, duration=(float(durations.min()) / WIDE, float(durations.max()) * WIDE))
-    nlp = CondensedNlp(
-        task.changed(search=search), encoding="log-durations", samples=samples, extrema=extrema
-    )
-    nlp.task = task
-    nlp.guess = read_only(np.clip(nlp.encode(guess), nlp.lower, nlp.upper))
-    return nlp
+    bounds = float(durations.min()) / WIDE, float(durations.max()) * WIDE
+    encoding = "log-durations"
+    return CondensedNlp(task, encoding=encoding, samples=samples, extrema=extrema, bounds=bounds, guess=guess)
 
 
 def _trajectory_of(solver: Gradient, task: TrajectoryTask, request: Request) -> Trajectory | None:
@@ -505,12 +499,12 @@ def _blocks(rows: list[RowBlock]) -> Iterator[tuple[tuple[str, int], slice]]:
         start += len(block)
 
 
-def continuation(family: str, virtual_knots: int) -> list[int]:
+def continuation(family: Family, virtual_knots: int) -> list[int]:
     """Return the numbers of virtual knots to solve one after the other, the last one the number wanted.
 
     One knot leads a cubic to good optima; higher degrees with knots are solved from the motion without any.
     """
-    first = 1 if get_family(family).degree == 3 else 0
+    first = family.first_virtual_knots
     stages = [virtual_knots]
     while stages[0] > 7:
         stages.insert(0, (stages[0] - 1) // 2)

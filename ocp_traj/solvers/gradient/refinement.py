@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.limits import DERIVATIVE_LIMITS
+from ocp_traj.limits import DERIVATIVE_LIMITS, instant_limits
 from ocp_traj.limits.limit import bound_scales
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
-from ocp_traj.transcription.instants import instant_function, instant_of
 from ocp_traj.transcription.lifted.elements import IndexArray
 from ocp_traj.transcription.lifted.instant_derivatives import outer_of
 from ocp_traj.transcription.lifted.lifted import ExtraPoints
@@ -140,10 +139,10 @@ def _peaks(over: Excess, segments: int) -> list[tuple[int, int, float]]:
 
 def _broken_instants(task: TrajectoryTask, motion: _Motion, compiled: bool) -> list[tuple[int, float]]:
     found: dict[tuple[int, float], None] = {}
-    for constraint in instant_of(task).constraints:
+    for constraint in instant_limits(task):
         orders = 4 if constraint.needs_jerk else 3
         function = outer_of(
-            instant_function(task, constraint),
+            constraint.function(task),
             needs_jerk=constraint.needs_jerk,
             total=False,
             compiled=compiled,

@@ -143,8 +143,7 @@ class Counted(Problem):
 class Archive:
     """The best distinct motions seen: least violation first, then least cost.
 
-    Two candidates are the same motion when their variables differ by less than `DISTANCE` of the box in the mean
-    (and, where the total duration does not matter, after taking it out).
+    Two candidates are the same motion when they are less than `DISTANCE` apart, in the sense of their encoding.
 
     Parameters
     ----------
@@ -171,16 +170,8 @@ class Archive:
             self._insert(entry)
 
     def _insert(self, entry: tuple[float, float, Array]) -> None:
-        near = [old for old in self.entries if self._distance(old[2], entry[2]) < self.DISTANCE]
+        near = [old for old in self.entries if self.nlp.encoding.distance(old[2], entry[2]) < self.DISTANCE]
         if any(old[:2] <= entry[:2] for old in near):
             return
         kept = [old for old in self.entries if not any(old is other for other in near)]
         self.entries = sorted([*kept, entry], key=lambda old: old[:2])[: self.size]
-
-    def _distance(self, x: Array, y: Array) -> float:
-        difference = x - y
-        if self.nlp.encoding == "scaled":
-            difference[: self.nlp.segments] -= difference[: self.nlp.segments].mean()
-        width = self.nlp.upper - self.nlp.lower
-        share = np.divide(difference, width, out=np.zeros_like(difference), where=width > 0)
-        return float(np.abs(share).mean())

@@ -25,6 +25,7 @@ from ocp_traj.solvers.third_party.third_party import ThirdParty
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
+from ocp_traj.transcription.condensed.encodings import find_encoding
 
 
 @dataclass(frozen=True)
@@ -126,8 +127,8 @@ class Nsga2OfPymoo(ThirdParty):
         Raises
         ------
         InputError
-            The task has no robot with inertia, weighs anything but time and energy, or the encoding is
-            ``"scaled"``, which decides the speed itself.
+            The task has no robot with inertia, weighs anything but time and energy, or the encoding
+            decides the speed itself, as ``"scaled"`` does.
         """
         return self._search_front(task, request)[0]
 
@@ -184,7 +185,7 @@ class Nsga2OfPymoo(ThirdParty):
             raise InputError("NSGA-II trades time against energy, expected no other weights in objective")
         if not task.has_inertia:
             raise InputError("NSGA-II trades time against energy, expected a robot with inertia")
-        if self.encoding == "scaled":
+        if find_encoding(self.encoding).decides_speed:
             raise InputError(
                 "NSGA-II decides the speed itself, expected encoding 'durations' or 'log-durations'"
             )

@@ -10,18 +10,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from math import comb
-from typing import Any
 
 import numpy as np
 
 from ocp_traj.arrays import Array, read_only
-from ocp_traj.spline import Family, Piece, get_family
-from ocp_traj.spline.family import UniformFamily
+from ocp_traj.spline import EndConditions
 from ocp_traj.spline.hermite import derivative_row, falling, hermite_matrix
-from ocp_traj.spline.three_five_three import ThreeFiveThree, cubic_end
 from ocp_traj.task import TrajectoryTask
-from ocp_traj.transcription.condensed.knot_derivatives import Known, knot_derivatives
-from ocp_traj.transcription.curve import decided_knots, end_conditions
+from ocp_traj.transcription.condensed.knot_derivatives import knot_derivatives
+from ocp_traj.transcription.curve import end_conditions, pieces_through
 
 
 @dataclass(frozen=True)
@@ -134,53 +131,35 @@ def elevation_matrix(low: int, high: int) -> Array:
     return read_only(np.stack(rows) @ hermite_matrix(low))
 
 
-def knot_positions(task: TrajectoryTask, offsets: Array) -> Array:
-    """Return positions at all knots, (S + 1, n, p or 1), from offsets (p, virtual knots of all gaps, n).
-
-    An offset is measured from the chord between the waypoints, at the knot's share of the gap's segments, in units
-    of half the joint's travel in the case. What it says where the end conditions decide the position is ignored.
-    """
-    virtual, per_gap = task.virtual_knots, task.virtual_knots + 1
-    if not virtual:
-        return np.asarray(task.waypoints)[:, :, None]
-    half = np.ptp(task.waypoints, axis=0) / 2
-    positions = np.empty((task.gaps * per_gap + 1, task.n, offsets.shape[0]))
-    positions[::per_gap] = task.waypoints[:, :, None]
-    rise = np.diff(task.waypoints, axis=0)
-    away = offsets.transpose(1, 2, 0) * half[:, None]
-    for knot in range(1, per_gap):
-        chord = task.waypoints[:-1] + rise * (knot / per_gap)
-        positions[knot::per_gap] = chord[:, :, None] + away[knot - 1 :: virtual]
-    return positions
-
-
-def build_curves(task: TrajectoryTask, durations: Array, offsets: Array) -> CurveBatch:
+def build_curves(task: TrajectoryTask, durations: Array, positions: Array) -> CurveBatch:
     """Return the curves of p candidates.
 
     Parameters
     ----------
     durations : (p, S) s
-    offsets : (p, virtual knots, n)
+    positions : (S + 1, n, p or 1) rad (m)
+        At all knots; those that the end conditions decide are ignored.
     """
-    family = get_family(task.family)
-    h = np.ascontiguousarray(durations.T)
-    positions = knot_positions(task, offsets)
-    start, end = _ends(task)
-    plain = all(order <= (family.degree - 1) // 2 for order in (*start, *end))
-    if type(family).pieces is UniformFamily.pieces and plain:
-        derivatives = knot_derivatives(family.degree, h, positions, start, end)
-        return _uniform_curves(family.degree, h, positions, derivatives)
-    if isinstance(family, ThreeFiveThree):
-        return _three_five_three(task, h, positions)
-    return _curves_of_pieces(task, family, h, positions)
+    family, h = task.family, np.ascontiguousarray(durations.T)
+    given = end_conditions(task)
+    start, end = ({j: value.T for j, value in side.items()} for side in (given.start, given.end))
+    part = family.spline_part(h, positions, EndConditions(start, end))
+    if part is None or max(*part.ends.start, *part.ends.end) > (family.degree - 1) // 2:
+        return _curves_of_pieces(task, h, positions)
+    outside = part.outside
+    inner = slice(outside, len(h) - outside)
+    knots = slice(outside, len(h) + 1 - outside)
+    derivatives = knot_derivatives(family.degree, h[inner], positions[knots], part.ends.start, part.ends.end)
+    if outside:
+        found = derivatives
+        derivatives = np.empty((len(found), len(h) + 1, *found.shape[2:]))
+        derivatives[:, knots] = found
+        for j in range(1, len(found) + 1):
+            derivatives[j - 1, 0], derivatives[j - 1, -1] = start[j], end[j]
+    return CurveBatch(h, _uniform_states(family.degree, h, positions, derivatives), family.degrees(len(h)))
 
 
-def _ends(task: TrajectoryTask) -> tuple[Known, Known]:
-    ends = end_conditions(task)
-    return tuple({j: value.T for j, value in given.items()} for given in (ends.start, ends.end))  # type: ignore[return-value]
-
-
-def _uniform_curves(degree: int, h: Array, positions: Array, derivatives: Array) -> CurveBatch:
+def _uniform_states(degree: int, h: Array, positions: Array, derivatives: Array) -> Array:
     order, segments = derivatives.shape[0], len(h)
     states = np.empty((positions.shape[1], 2 * order + 2, *h.shape))
     for side in (0, 1):
@@ -191,33 +170,14 @@ def _uniform_curves(degree: int, h: Array, positions: Array, derivatives: Array)
         for j in range(1, order + 1):
             np.multiply(derivatives[j - 1, knots].transpose(1, 0, 2), power, out=states[:, first + j])
             power = power * h
-    return CurveBatch(h, states, (degree,) * segments)
+    return states
 
 
-def _three_five_three(task: TrajectoryTask, h: Array, positions: Array) -> CurveBatch:
-    """Velocities and accelerations beside the ends follow from the two cubics, the rest from the quintics."""
-    start, end = _ends(task)
-    segments, n = len(h), task.n
-    derivatives = np.empty((2, segments + 1, n, h.shape[1]))
-    _, v, a = cubic_end([positions[0], start[1], start[2]], positions[1], h[0])
-    # Run the last cubic backwards in time: velocity changes sign, acceleration does not.
-    _, w, b = cubic_end([positions[-1], -end[1], end[2]], positions[-2], h[-1])
-    inner = {1: v, 2: a}, {1: -w, 2: b}
-    derivatives[:, 1:-1] = knot_derivatives(5, h[1:-1], positions[1:-1], *inner)
-    for j in (1, 2):
-        derivatives[j - 1, 0], derivatives[j - 1, -1] = start[j], end[j]
-    curves = _uniform_curves(5, h, positions, derivatives)
-    return CurveBatch(h, curves.states, (3, *(5,) * (segments - 2), 3))
-
-
-def _curves_of_pieces(task: TrajectoryTask, family: Family, h: Array, positions: Array) -> CurveBatch:
+def _curves_of_pieces(task: TrajectoryTask, h: Array, positions: Array) -> CurveBatch:
     """Return the curves of any family from its own pieces."""
-    knots: list[Any] = [row.T for row in positions]
-    starts, ends = decided_knots(task)
-    for knot in (*starts, *ends):
-        knots[knot] = None
-    columns = [row[:, None] for row in h]
-    pieces: list[Piece] = family.pieces(columns, knots, end_conditions(task))
+    family = task.family
+    columns, knots = [row[:, None] for row in h], [row.T for row in positions]
+    pieces = pieces_through(task, columns, knots, end_conditions(task))
     states = np.empty((task.n, family.degree + 1, *h.shape))
     for segment, piece in enumerate(pieces):
         own = np.stack([np.broadcast_to(state, (h.shape[1], task.n)) for state in piece.states])

@@ -15,7 +15,7 @@ import numpy as np
 from ocp_traj.arrays import Array
 
 POWERS = np.arange(-1, 6)
-"""Powers of r in `Cost.smooth`: time has -1, squared torque -1 to 3, squared acceleration 3, squared jerk 5."""
+"""Powers of r in `SpeedCost.smooth`: time has -1, squared torque -1 to 3, squared acceleration 3, squared jerk 5."""
 
 BISECTIONS = 60
 """Halvings of the last bracket: down to rounding."""
@@ -27,7 +27,7 @@ GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 
 
 def row_of(power: int) -> int:
-    """Return the row of `Cost.smooth` that a power of r has."""
+    """Return the row of `SpeedCost.smooth` that a power of r has."""
     return power + 1
 
 
@@ -52,7 +52,7 @@ class Kinks:
 
 
 @dataclass(frozen=True)
-class Cost:
+class SpeedCost:
     """smooth polynomial (7, p) in r with powers `POWERS`, and kinks if there are."""
 
     smooth: Array
@@ -75,7 +75,7 @@ class Cost:
         return slope
 
 
-def cheapest_root(cost: Cost, slowest: Array, fastest: Array) -> Array:
+def cheapest_root(cost: SpeedCost, slowest: Array, fastest: Array) -> Array:
     """Return the r in [slowest, fastest] of least cost for every candidate, (p,)."""
     if any(part.damping is not None for part in cost.kinks):
         return _search_from_grid(cost, slowest, fastest)
@@ -90,7 +90,7 @@ def cheapest_root(cost: Cost, slowest: Array, fastest: Array) -> Array:
     return chosen
 
 
-def _bracket(cost: Cost, left: Array, right: Array) -> tuple[Array, Array, Array]:
+def _bracket(cost: SpeedCost, left: Array, right: Array) -> tuple[Array, Array, Array]:
     """Return the two neighbouring kinks the minimum lies between, and the slope of the kinked part there."""
     slope = np.zeros(len(left))
     places, jumps, owners = [], [], []
@@ -118,7 +118,7 @@ def _bracket(cost: Cost, left: Array, right: Array) -> tuple[Array, Array, Array
     return new_left, new_right, slope + (total[last] - total[first[:-1]])
 
 
-def _bisect(cost: Cost, left: Array, right: Array, slope: Array) -> Array:
+def _bisect(cost: SpeedCost, left: Array, right: Array, slope: Array) -> Array:
     """Return where the derivative by u, smooth part plus `slope`, changes sign; an end if it does not."""
     for _ in range(BISECTIONS):
         middle = (left + right) / 2
@@ -128,7 +128,7 @@ def _bisect(cost: Cost, left: Array, right: Array, slope: Array) -> Array:
     return result
 
 
-def _search_from_grid(cost: Cost, slowest: Array, fastest: Array) -> Array:
+def _search_from_grid(cost: SpeedCost, slowest: Array, fastest: Array) -> Array:
     """Golden-section search around the best of a grid: viscous friction leaves no convexity to rely on."""
     grid = slowest + (fastest - slowest) * np.linspace(0.0, 1.0, GRID)[:, None]
     values = np.stack([cost.at(root) for root in grid])

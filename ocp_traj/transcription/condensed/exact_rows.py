@@ -16,7 +16,7 @@ import numpy as np
 from ocp_traj.arrays import Array
 from ocp_traj.transcription.condensed.batch import CurveBatch, bernstein_change, hull, sample_rows
 from ocp_traj.transcription.condensed.extrema import ArrayOperations, extremes
-from ocp_traj.transcription.condensed.limit_rows import Block
+from ocp_traj.transcription.condensed.limit_rows import LimitRows
 
 ARRAYS = ArrayOperations()
 
@@ -27,7 +27,7 @@ CHEAP = 3
 """Highest degree whose extrema cost less than the question whether they are needed."""
 
 
-def write_exact(curves: CurveBatch, order: int, block: Block, out: Array) -> None:
+def write_exact(curves: CurveBatch, order: int, block: LimitRows, out: Array) -> None:
     """Write by how much the largest and the smallest value are outside, (k, 2, S, p)."""
     lower, upper = (side[:, None, :, None] for side in (block.lower, block.upper))
 
@@ -41,7 +41,7 @@ def write_exact(curves: CurveBatch, order: int, block: Block, out: Array) -> Non
     np.maximum(out, 0.0, out=out)
 
 
-def largest_ratio(curves: CurveBatch, order: int, block: Block, floor: Array) -> Array:
+def largest_ratio(curves: CurveBatch, order: int, block: LimitRows, floor: Array) -> Array:
     """Return the larger of `floor` and the largest value over its bound on its own side, both (p,).
 
     `floor` is what is known already: extrema that cannot exceed it are not worked out.
@@ -59,7 +59,7 @@ def largest_ratio(curves: CurveBatch, order: int, block: Block, floor: Array) ->
     return result
 
 
-def write_positions(curves: CurveBatch, block: Block, out: Array) -> None:
+def write_positions(curves: CurveBatch, block: LimitRows, out: Array) -> None:
     """Write by how much sampled positions are outside, (k, N, S, p)."""
     coefficients = hull(curves)
     if len(block.joints) < len(coefficients):
@@ -79,7 +79,7 @@ def write_positions(curves: CurveBatch, block: Block, out: Array) -> None:
 
 
 def _write_extremes(
-    curves: CurveBatch, order: int, block: Block, decide: Callable[[Array, Array], Any], out: Array
+    curves: CurveBatch, order: int, block: LimitRows, decide: Callable[[Array, Array], Any], out: Array
 ) -> None:
     """Write the largest and the smallest scaled value, (k, 2, S, p).
 

@@ -8,38 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import pi
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 TINY = 1e-13
 """Leading coefficients below this share of the largest one are treated as this share."""
-
-
-class Operations(Protocol):
-    """The few functions the formulas need, with NumPy's names and arguments."""
-
-    where: Any
-    sqrt: Any
-    cos: Any
-    arccos: Any
-    cbrt: Any
-    absolute: Any
-    maximum: Any
-    minimum: Any
-    copysign: Any
-
-    def total(self, values: Any) -> Any:
-        """Return the sum of the values."""
-
-    def each(self, function: Callable[[Any], Any], values: list[Any]) -> Any:
-        """Return the function of each value."""
-
-    def differentiate(self, coefficients: Any) -> Any:
-        """Return the coefficients of the derivative."""
-
-    def normalise(self, coefficients: Any) -> Any:
-        """Return the coefficients divided by the sum of their magnitudes."""
 
 
 class ArrayOperations:
@@ -106,6 +80,10 @@ class SymbolicOperations:
         """Return the coefficients divided by the sum of their magnitudes, in a list."""
         scale = sum((self.absolute(value) for value in coefficients), 1e-300)
         return [value / scale for value in coefficients]
+
+
+Operations = ArrayOperations | SymbolicOperations
+"""The few functions the formulas need, with NumPy's names and arguments."""
 
 
 def extremes(coefficients: Any, ops: Operations) -> tuple[Any, Any]:

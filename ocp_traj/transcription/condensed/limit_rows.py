@@ -15,7 +15,7 @@ Side = tuple[Any, Any, Any]
 
 
 @dataclass(frozen=True, eq=False)
-class Block:
+class LimitRows:
     """Bounds, scale and labels of the rows of one limit, k values at N points of S segments.
 
     Rows run over values first and segments last.
@@ -48,7 +48,7 @@ class Block:
         scale: Array,
         fractions: tuple[float, ...],
         per_gap: int,
-    ) -> Block:
+    ) -> LimitRows:
         """Build a block from (S, 2, k) bounds and the (S, k) scales of the values."""
         lower, upper = (bounds[:, 0] / scale).T, (bounds[:, 1] / scale).T
         return cls(name, np.asarray(joints), lower, upper, scale.T, fractions, per_gap)

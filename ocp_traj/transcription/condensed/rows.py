@@ -14,19 +14,16 @@ from typing import Any
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.costs import SQUARED_DERIVATIVES, SampledTerm, SquaredDerivative
-from ocp_traj.costs.energy import Energy, EnergyWithoutRegeneration
+from ocp_traj.costs import SQUARED_DERIVATIVES, InstantCost, SquaredDerivative, instant_costs
 from ocp_traj.exceptions import InputError
-from ocp_traj.limits import DERIVATIVE_LIMITS, DerivativeLimit, SampledConstraint
+from ocp_traj.limits import DERIVATIVE_LIMITS, DerivativeLimit, InstantLimit, instant_limits
 from ocp_traj.limits.limit import bound_scales, finite_joints
-from ocp_traj.limits.torque import TorqueLimit
-from ocp_traj.spline import get_family
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.transcription.condensed.batch import CurveBatch
 from ocp_traj.transcription.condensed.exact_rows import largest_ratio, write_exact, write_positions
-from ocp_traj.transcription.condensed.limit_rows import Block
+from ocp_traj.transcription.condensed.limit_rows import LimitRows
 from ocp_traj.transcription.condensed.samples import Buffers, Samples
-from ocp_traj.transcription.instants import Instant, instant_function, instant_of
+from ocp_traj.transcription.quadrature import even_intervals, gauss_legendre, simpson_weights
 
 
 class _ThreadBuffers(threading.local):
@@ -42,7 +39,7 @@ class KinematicRows:
     """One derivative limit: exact extrema where the degree allows, samples elsewhere."""
 
     limit: DerivativeLimit
-    block: Block
+    block: LimitRows
     exact: bool
 
     def write(self, samples: Samples, out: Array) -> None:
@@ -68,18 +65,15 @@ class KinematicRows:
 
 @dataclass(frozen=True)
 class InstantRows:
-    """One constraint on functions of an instant (torque, torque rate, Cartesian speed, custom)."""
+    """One limit of a function of an instant (torque, torque rate, Cartesian speed, custom)."""
 
-    constraint: SampledConstraint
-    block: Block
+    limit: InstantLimit
+    block: LimitRows
     function: Any = field(repr=False)
 
     def values(self, samples: Samples) -> Array:
         """Return the values (k, N, S, p)."""
-        if isinstance(self.constraint, TorqueLimit):
-            torque, joints = samples.torque, self.block.joints
-            return torque if len(joints) == len(torque) else torque[joints]
-        return samples.call(self.function)
+        return self.limit.values(samples, self.function)
 
     def write(self, samples: Samples, out: Array) -> None:
         """Write the violations (k, N, S, p)."""
@@ -90,9 +84,9 @@ class InstantRows:
 
 @dataclass(frozen=True)
 class InstantTerm:
-    """One integrated cost term that needs torques."""
+    """One cost integrated from samples."""
 
-    term: SampledTerm
+    term: InstantCost
     weight: float
     function: Any = field(repr=False)
 
@@ -100,34 +94,32 @@ class InstantTerm:
 class CondensedRows:
     """All rows and cost terms of a task in the condensed form."""
 
-    def __init__(
-        self, task: TrajectoryTask, kinematic: list[KinematicRows], instant: Instant, intervals: int
-    ) -> None:
-        self.task, self.kinematic = task, kinematic
+    def __init__(self, task: TrajectoryTask, kinematic: list[KinematicRows], intervals: int) -> None:
+        self.task, self.kinematic, self.simpson = task, kinematic, simpson_weights(intervals)
         self.fractions = grid_fractions(intervals)
         self.per_gap = task.virtual_knots + 1
         self.instants = [
             InstantRows(
-                constraint,
-                Block.of(
-                    constraint.name,
-                    constraint.joints(task),
-                    np.repeat(constraint.bounds(task), self.per_gap, axis=0),
-                    np.repeat(constraint.scales(task), self.per_gap, axis=0),
+                limit,
+                LimitRows.of(
+                    limit.name,
+                    limit.joints(task),
+                    np.repeat(limit.bounds(task), self.per_gap, axis=0),
+                    np.repeat(limit.scales(task), self.per_gap, axis=0),
                     self.fractions,
                     self.per_gap,
                 ),
-                instant_function(task, constraint),
+                limit.function(task),
             )
-            for constraint in instant.constraints
+            for limit in instant_limits(task)
         ]
         self.terms = [
-            InstantTerm(term, term.weight(task), instant_function(task, term)) for term in instant.terms
+            InstantTerm(cost, cost.weight(task), cost.function(task)) for cost in instant_costs(task)
         ]
         self.squared = [term for term in SQUARED_DERIVATIVES if term.weight(task) > 0]
 
     @cached_property
-    def blocks(self) -> list[Block]:
+    def blocks(self) -> list[LimitRows]:
         """Blocks of rows in order."""
         return [*(entry.block for entry in self.kinematic), *(entry.block for entry in self.instants)]
 
@@ -137,24 +129,7 @@ class CondensedRows:
 
     def term_integrand(self, term: InstantTerm, samples: Samples) -> Array:
         """Return the weighted integrand (N, S, p) of one cost term."""
-        if isinstance(term.term, Energy | EnergyWithoutRegeneration):
-            return term.weight * power_sum(samples.torque, samples.motion(1), term.term.shape)
-        values = samples.call(term.function)
-        if term.term.shape == "absolute":
-            np.absolute(values, out=values)
-        elif term.term.shape == "positive":
-            np.maximum(values, 0.0, out=values)
-        integrand: Array = term.weight * values.sum(axis=0)
-        return integrand
-
-    @cached_property
-    def simpson(self) -> Array:
-        """Weights of Simpson's rule on a segment of unit duration, (N,)."""
-        count = len(self.fractions) - 1
-        weights = np.full(count + 1, 2.0)
-        weights[1::2] = 4.0
-        weights[[0, -1]] = 1.0
-        return weights / (3 * count)
+        return term.weight * term.term.integrand(samples, term.function)
 
     def integrate(self, integrand: Array, h: Array) -> Array:
         """Integrate (N, S, p) over time with durations (S, p); returns (p,)."""
@@ -164,24 +139,10 @@ class CondensedRows:
 
     def squared_integral(self, term: SquaredDerivative, curves: CurveBatch) -> Array:
         """Return the weighted integral of a squared derivative, exact by Gauss-Legendre, (p,)."""
-        nodes, weights = np.polynomial.legendre.leggauss(curves.degree - term.order + 1)
-        values = curves.sample(term.order, tuple(float(node) for node in (nodes + 1) / 2))
-        integral: Array = np.einsum("insp,n,sp->p", values**2, weights / 2, curves.h)
+        nodes, weights = gauss_legendre(curves.degree - term.order + 1)
+        values = curves.sample(term.order, tuple(nodes))
+        integral: Array = np.einsum("insp,n,sp->p", values**2, weights, curves.h)
         return term.weight(self.task) * integral
-
-
-def power_sum(torque: Array, v: Array, shape: str) -> Array:
-    """Return the sum over joints of |tau v| or max(tau v, 0), (N, S, p), from (n, N, S, p)."""
-    total = np.zeros(v.shape[1:])
-    power = np.empty_like(total)
-    for tau_of_joint, v_of_joint in zip(torque, v):
-        np.multiply(tau_of_joint, v_of_joint, out=power)
-        if shape == "absolute":
-            np.absolute(power, out=power)
-        else:
-            np.maximum(power, 0.0, out=power)
-        total += power
-    return total
 
 
 def grid_fractions(intervals: int) -> tuple[float, ...]:
@@ -193,13 +154,13 @@ def make_rows(task: TrajectoryTask, samples: int, extrema: str) -> CondensedRows
     """Choose the rows of a task; see `CondensedNlp` for the parameters."""
     if extrema not in ("auto", "exact", "sampled"):
         raise InputError(f"extrema {extrema!r} is unknown, expected 'auto', 'exact' or 'sampled'")
-    family = get_family(task.family)
+    family = task.family
     if extrema == "exact" and family.degree > 5:
         raise InputError(
             f"exact extrema of {task.family} have no closed form, expected extrema 'sampled' or 'auto'"
         )
     per_gap = task.virtual_knots + 1
-    intervals = max(2, 2 * round(samples / (2 * per_gap)))
+    intervals = even_intervals(samples, per_gap)
     kinematic = []
     for limit in DERIVATIVE_LIMITS:
         if not limit.applies(task):
@@ -210,7 +171,7 @@ def make_rows(task: TrajectoryTask, samples: int, extrema: str) -> CondensedRows
         points = (0.0, 1.0) if exact else grid_fractions(intervals)
         kinematic.append(
             KinematicRows(
-                limit, Block.of(limit.name, joints, bounds, bound_scales(bounds), points, per_gap), exact
+                limit, LimitRows.of(limit.name, joints, bounds, bound_scales(bounds), points, per_gap), exact
             )
         )
-    return CondensedRows(task, kinematic, instant_of(task), intervals)
+    return CondensedRows(task, kinematic, intervals)

@@ -11,22 +11,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.costs.motor_loss import loss_factors
-from ocp_traj.costs.torque import torque_scales
-from ocp_traj.limits.cartesian_speed import CartesianSpeedLimit
-from ocp_traj.limits.torque import TorqueLimit
+from ocp_traj.costs import InstantCost
+from ocp_traj.exceptions import InputError
+from ocp_traj.quantities import SpeedLaw
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.transcription.condensed.batch import CurveBatch
-from ocp_traj.transcription.condensed.best_speed import POWERS, Cost, Kinks, cheapest_root, row_of
-from ocp_traj.transcription.condensed.limit_rows import Block
+from ocp_traj.transcription.condensed.best_speed import POWERS, Kinks, SpeedCost, cheapest_root, row_of
+from ocp_traj.transcription.condensed.limit_rows import LimitRows
 from ocp_traj.transcription.condensed.rows import CondensedRows, InstantTerm
 from ocp_traj.transcription.condensed.samples import Samples
 
 WIDEST = 50.0
 """Largest slowing tried for costs other than time when no duration bound ends the search."""
 
-SCALABLE_TERMS = ("energy", "energy_without_regeneration", "torque", "motor_loss")
-"""Cost terms whose dependence on the speed is known."""
+
+UNKNOWN = SpeedLaw(torque=-1)
+"""Law of what does not state one."""
 
 
 @dataclass(frozen=True)
@@ -39,10 +39,30 @@ class TorqueParts:
 
 
 class Scaling:
-    """Finds, for every candidate, the smallest feasible or the cheapest feasible uniform slowing."""
+    """Finds, for every candidate, the smallest feasible or the cheapest feasible uniform slowing.
+
+    Raises
+    ------
+    InputError
+        A limit or a cost does not say how it goes with the speed, or in a way that has no closed form here.
+    """
 
     def __init__(self, task: TrajectoryTask, rows: CondensedRows) -> None:
         self.task, self.rows = task, rows
+        self.limit_laws = [entry.limit.scaling(task) or UNKNOWN for entry in rows.instants]
+        self.cost_laws = [entry.term.scaling(task) or UNKNOWN for entry in rows.terms]
+        unknown = [
+            *(e.limit.name for e, law in zip(rows.instants, self.limit_laws) if not _bounds_speed(law)),
+            *(
+                f"cost {e.term.name}"
+                for e, law in zip(rows.terms, self.cost_laws)
+                if not _has_closed_form(e.term, law)
+            ),
+        ]
+        if unknown:
+            raise InputError(
+                f"the scaled encoding does not know how {unknown[0]} scales, expected encoding 'durations'"
+            )
         self.needs_search = bool(rows.squared or rows.terms)
 
     def best(self, curves: CurveBatch, samples: Samples) -> tuple[Array, Array, Array]:
@@ -96,41 +116,54 @@ class Scaling:
             order = entry.limit.order
             if order > 0:
                 lowest = np.maximum(lowest, entry.ratio(samples, lowest**order) ** (1.0 / order))
-        for rows in self.rows.instants:
-            if isinstance(rows.constraint, CartesianSpeedLimit):
-                for k, squared in enumerate(rows.values(samples)):
-                    lowest = np.maximum(lowest, np.sqrt(rows.block.ratio(k, squared)))
-            elif isinstance(rows.constraint, TorqueLimit):
+        for rows, law in zip(self.rows.instants, self.limit_laws):
+            if not law.torque:
+                for k, values in enumerate(rows.values(samples)):
+                    lowest = np.maximum(lowest, rows.block.ratio(k, values) ** (1.0 / law.speed))
+            else:
                 assert parts is not None
                 fastest, stuck = fastest_root(parts, rows.block)
                 with np.errstate(divide="ignore"):
                     lowest = np.maximum(lowest, 1.0 / fastest)
         return lowest, stuck
 
-    def _cost(self, curves: CurveBatch, samples: Samples, parts: TorqueParts | None, total: Array) -> Cost:
+    def _cost(
+        self, curves: CurveBatch, samples: Samples, parts: TorqueParts | None, total: Array
+    ) -> SpeedCost:
         smooth = np.zeros((len(POWERS), len(total)))
         smooth[row_of(-1)] = self.task.objective.time * total
         for term in self.rows.squared:
             smooth[row_of(2 * term.order - 1)] += self.rows.squared_integral(term, curves)
         kinks: list[Kinks] = []
-        for entry in self.rows.terms:
+        for entry, law in zip(self.rows.terms, self.cost_laws):
+            if not law.torque:
+                integrand = self.rows.term_integrand(entry, samples)
+                smooth[row_of(law.speed - 1)] += self.rows.integrate(integrand, curves.h)
+                continue
             assert parts is not None
             weights = entry.weight * self.rows.simpson[:, None, None] * curves.h
-            if entry.term.name in ("energy", "energy_without_regeneration"):
+            if law.speed:
                 kinks.append(_power_kinks(entry, samples.motion(1), parts, weights, smooth))
             else:
-                _add_squared_torque(self._square_factors(entry), parts, weights, smooth)
-        return Cost(smooth, tuple(kinks))
-
-    def _square_factors(self, entry: InstantTerm) -> Array:
-        """Return the factors f with integrand sum f tau^2 of the terms quadratic in the torque, (n,)."""
-        if entry.term.name == "motor_loss":
-            assert self.task.objective.motor is not None
-            return loss_factors(self.task.objective.motor, self.task.n)
-        return torque_scales(self.task) ** -2.0
+                _add_squared_torque(law.factors, parts, weights, smooth)
+        return SpeedCost(smooth, tuple(kinks))
 
 
-def fastest_root(parts: TorqueParts, block: Block) -> tuple[Array, Array]:
+def _bounds_speed(law: SpeedLaw) -> bool:
+    """Return whether a limit on such a value has a largest speed in closed form."""
+    return law.speed > 0 if not law.torque else (law.torque, law.speed) == (1, 0)
+
+
+def _has_closed_form(cost: InstantCost, law: SpeedLaw) -> bool:
+    """Return whether a cost is a power of the speed, a kinked sum of powers or a sum of squared torques."""
+    if not law.torque:
+        return law.speed in POWERS + 1
+    if (law.torque, law.speed) == (1, 1):
+        return cost.shape != "sum"
+    return (law.torque, law.speed) == (2, 0) and cost.shape == "sum"
+
+
+def fastest_root(parts: TorqueParts, block: LimitRows) -> tuple[Array, Array]:
     """Return the largest r the torque limits allow from standstill on, and the excess at r = 0, (p,) each.
 
     The excess is that of gravity and Coulomb friction over a limit, in units of the block's scale.
@@ -202,4 +235,4 @@ def _add_squared_torque(factors: Array, parts: TorqueParts, weights: Array, smoo
                 smooth[row_of(power + other - 1)] += product
 
 
-__all__ = ["SCALABLE_TERMS", "Scaling", "TorqueParts", "fastest_root"]
+__all__ = ["Scaling", "TorqueParts", "fastest_root"]

@@ -11,8 +11,9 @@ import scipy.sparse as sparse
 
 from ocp_traj.arrays import Array
 from ocp_traj.transcription.lifted.elements import IndexArray, Places
+from ocp_traj.transcription.nlp import Symbol
 
-Cost = tuple[Places, Array]
+WeightedPlaces = tuple[Places, Array]
 """Places with one value each, and their (N,) weights in the cost."""
 
 
@@ -28,14 +29,14 @@ class SymbolicProblem:
         differentiate itself.
     """
 
-    x: Any
-    f: Any
-    g: Any
+    x: Symbol
+    f: Symbol
+    g: Symbol
     derivatives: dict[str, Any]
 
 
 def assemble(
-    size: int, rows: list[Places], linear: sparse.csr_matrix, costs: list[Cost], gradient: Array
+    size: int, rows: list[Places], linear: sparse.csr_matrix, costs: list[WeightedPlaces], gradient: Array
 ) -> SymbolicProblem:
     """Assemble a problem.
 
@@ -75,7 +76,7 @@ def _to_dm(matrix: sparse.csr_matrix) -> Any:
     return ca.DM(ca.Sparsity(rows, width, columns.indptr.tolist(), columns.indices.tolist()), columns.data)
 
 
-def _gradient(x: Any, p: Any, f: Any, costs: list[Cost], gradient: Array) -> Any:
+def _gradient(x: Any, p: Any, f: Any, costs: list[WeightedPlaces], gradient: Array) -> Any:
     columns: list[IndexArray] = [np.arange(len(gradient))]
     values = [ca.MX(ca.DM(gradient))]
     for places, weights in costs:
@@ -108,7 +109,7 @@ def _jacobian(x: Any, p: Any, g: Any, rows: list[Places], linear: sparse.csr_mat
     return ca.Function("nlp_jac_g", [x, p], [g, jacobian], ["x", "p"], ["g", "jac:g:x"])
 
 
-def _hessian(x: Any, p: Any, count: int, rows: list[Places], costs: list[Cost]) -> Any:
+def _hessian(x: Any, p: Any, count: int, rows: list[Places], costs: list[WeightedPlaces]) -> Any:
     factor, multipliers = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", count)
     row_parts: list[IndexArray] = []
     column_parts: list[IndexArray] = []

@@ -12,9 +12,9 @@ from math import factorial
 from typing import Any
 
 import casadi as ca
-import numpy as np
 
 from ocp_traj.transcription.lifted.elements import Formula
+from ocp_traj.transcription.quadrature import gauss_legendre
 
 
 def chain_value(degree: int, order: int, fraction: Any, h: Any, states: list[Any], top: Any) -> Any:
@@ -97,8 +97,7 @@ def squared_formula(degree: int, order: int) -> Formula:
     duration = h * parameters[count]
     states = [start[index] * parameters[index] for index in range(count)]
     top = (end - start[count - 1]) * parameters[count - 1]
-    nodes, weights = np.polynomial.legendre.leggauss(degree - order + 1)
     total = 0
-    for node, weight in zip((nodes + 1) / 2, weights / 2):
-        total += weight * chain_value(degree, order, float(node), duration, states[order - first :], top) ** 2
+    for node, weight in zip(*gauss_legendre(degree - order + 1)):
+        total += weight * chain_value(degree, order, node, duration, states[order - first :], top) ** 2
     return Formula(f"squared{order}", ca.vertcat(h, start, end), parameters, total * duration)

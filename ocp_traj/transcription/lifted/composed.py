@@ -28,6 +28,9 @@ from ocp_traj.transcription.lifted.elements import (
 from ocp_traj.transcription.lifted.instant_derivatives import Outer
 from ocp_traj.transcription.lifted.layout import Layout
 
+Pattern = tuple[tuple[int, ...], tuple[int, ...]]
+"""Rows and columns of nonzeros."""
+
 
 @dataclass(frozen=True, eq=False)
 class MotionMap:
@@ -46,43 +49,42 @@ class MotionMap:
     """Whether the Hessian needs the outer function's Jacobian."""
 
 
+@dataclass(frozen=True)
+class MotionKind:
+    """What the local variables of a `MotionMap` are, and whether its values are integrated.
+
+    Attributes
+    ----------
+    degree, n : int
+    moving : tuple of int
+    orders : int
+        3 for q, v, a; 4 with the jerk.
+    at_knot : bool
+    integrate : bool
+        Values are multiplied by the weight of the quadrature and the duration of the segment.
+    """
+
+    degree: int
+    n: int
+    moving: tuple[int, ...]
+    orders: int
+    at_knot: bool
+    integrate: bool
+
+
 @lru_cache(maxsize=64)
-def _motion_map(
-    degree: int,
-    n: int,
-    moving: tuple[int, ...],
-    orders: int,
-    at_knot: bool,
-    integrate: bool,
-    rows: int,
-    outer_jacobian: tuple[tuple[int, ...], tuple[int, ...]],
-    outer_hessian: tuple[tuple[int, ...], tuple[int, ...]],
-) -> MotionMap:
-    parameters = ca.SX.sym("parameters", 3 + degree * len(moving) + n + rows)
-    local, motion = _motion(degree, n, moving, orders, parameters, at_knot)
-    scale = parameters[-rows:]
+def _motion_map(kind: MotionKind, rows: int, outer_jacobian: Pattern, outer_hessian: Pattern) -> MotionMap:
+    parameters = ca.SX.sym("parameters", 3 + kind.degree * len(kind.moving) + kind.n + rows)
+    local, motion = _motion(kind, parameters)
     inner = ca.jacobian(motion, local)
     values, first = ca.SX.sym("c", rows), ca.SX.sym("j", len(outer_jacobian[0]))
     second, multipliers = ca.SX.sym("h", len(outer_hessian[0])), ca.SX.sym("lambda", rows)
     derivative = _fill(rows, motion.numel(), outer_jacobian, first)
     curvature = _fill(motion.numel(), motion.numel(), outer_hessian, second)
     curvature = ca.triu2symm(curvature) if len(outer_hessian[0]) else curvature
-    if integrate:
-        factor = parameters[1] * parameters[2] / scale
-        value = factor * local[0] * values
-        weights = factor * local[0] * multipliers
-        unit = ca.SX(1, local.numel())
-        unit[0] = 1
-        slope = ca.mtimes(derivative, inner)
-        jacobian = local[0] * slope + ca.mtimes(values, unit)
-        jacobian = ca.repmat(factor, 1, local.numel()) * jacobian
-        cross = ca.mtimes([unit.T, (factor * multipliers).T, slope])
-        extra = cross + cross.T
-    else:
-        value = values / scale
-        weights = multipliers / scale
-        jacobian = ca.mtimes(derivative, inner) / ca.repmat(scale, 1, local.numel())
-        extra = ca.SX(local.numel(), local.numel())
+    compose = _integrated if kind.integrate else _scaled
+    slope = ca.mtimes(derivative, inner)
+    value, weights, jacobian, extra = compose(local, parameters, values, multipliers, slope)
     fixed = ca.SX.sym("w", motion.numel())
     own = ca.hessian(ca.dot(fixed, motion), local)[0]
     turned = ca.substitute(own, fixed, ca.densify(ca.mtimes(derivative.T, weights)))
@@ -97,7 +99,28 @@ def _motion_map(
             "motion_hessian", [*arguments, first, second, multipliers], [nonzeros(hessian)]
         ),
     }
-    return MotionMap(functions, pattern(jacobian), pattern(hessian), integrate or own.nnz() > 0)
+    return MotionMap(functions, pattern(jacobian), pattern(hessian), kind.integrate or own.nnz() > 0)
+
+
+def _scaled(local: Any, parameters: Any, values: Any, multipliers: Any, slope: Any) -> tuple[Any, ...]:
+    """Return c / scale, the weights of c's Hessian, the Jacobian, and what else the Hessian has: nothing.
+
+    `slope` is the derivative of c by the local variables.
+    """
+    scale = parameters[-values.numel() :]
+    jacobian = slope / ca.repmat(scale, 1, local.numel())
+    return values / scale, multipliers / scale, jacobian, ca.SX(local.numel(), local.numel())
+
+
+def _integrated(local: Any, parameters: Any, values: Any, multipliers: Any, slope: Any) -> tuple[Any, ...]:
+    """Return the same as `_scaled` of weight * duration * c / scale; the duration is a local variable, too."""
+    factor = parameters[1] * parameters[2] / parameters[-values.numel() :]
+    unit = ca.SX(1, local.numel())
+    unit[0] = 1
+    jacobian = local[0] * slope + ca.mtimes(values, unit)
+    jacobian = ca.repmat(factor, 1, local.numel()) * jacobian
+    cross = ca.mtimes([unit.T, (factor * multipliers).T, slope])
+    return factor * local[0] * values, factor * local[0] * multipliers, jacobian, cross + cross.T
 
 
 def _fill(rows: int, columns: int, places: Any, values: Any) -> Any:
@@ -105,24 +128,23 @@ def _fill(rows: int, columns: int, places: Any, values: Any) -> Any:
     return ca.SX(sparsity, values) if len(places[0]) else ca.SX(rows, columns)
 
 
-def _motion(
-    degree: int, n: int, moving: tuple[int, ...], orders: int, parameters: Any, at_knot: bool
-) -> tuple[Any, Any]:
+def _motion(kind: MotionKind, parameters: Any) -> tuple[Any, Any]:
     """Return the local variables and (q, v, a[, jerk]) of all joints."""
+    degree, moving, orders = kind.degree, kind.moving, range(kind.orders)
     h = ca.SX.sym("h")
-    per_joint = [ca.SX.sym(f"states{joint}", orders if at_knot else degree + 1) for joint in moving]
+    per_joint = [ca.SX.sym(f"states{joint}", len(orders) if kind.at_knot else degree + 1) for joint in moving]
     positions = parameters[3 + degree * len(moving) :]
-    columns = [[positions[i] if order == 0 else ca.SX(0) for i in range(n)] for order in range(orders)]
+    columns = [[positions[i] if order == 0 else ca.SX(0) for i in range(kind.n)] for order in orders]
     for index, joint in enumerate(moving):
         scales = parameters[3 + degree * index : 3 + degree * (index + 1)]
         states = per_joint[index]
-        if at_knot:
-            for order in range(orders):
+        if kind.at_knot:
+            for order in orders:
                 columns[order][joint] = states[order] * scales[order]
             continue
         known = [states[order] * scales[order] for order in range(degree)]
         top = (states[degree] - states[degree - 1]) * scales[degree - 1]
-        for order in range(orders):
+        for order in orders:
             columns[order][joint] = chain_value(
                 degree, order, parameters[0], h * parameters[2], known[order:], top
             )
@@ -167,13 +189,10 @@ class Composed(Places):
         )
         quadrature = np.zeros(self.count) if weights is None else weights
         self.parameters = np.column_stack([at[:, 1], quadrature, np.tile(constants, (self.count, 1))])
+        moving = tuple(int(joint) for joint in layout.moving)
+        orders, integrate = 4 if needs_jerk else 3, weights is not None
         self.map = _motion_map(
-            layout.degree,
-            layout.task.n,
-            tuple(int(joint) for joint in layout.moving),
-            4 if needs_jerk else 3,
-            at_knot,
-            weights is not None,
+            MotionKind(layout.degree, layout.task.n, moving, orders, at_knot, integrate),
             outer.rows,
             _hashable(outer.jacobian_pattern),
             _hashable(outer.hessian_pattern),
@@ -225,8 +244,9 @@ def _variables(layout: Layout, segment: IndexArray, fraction: Array, at_knot: bo
     return joined
 
 
-def _hashable(places: tuple[IndexArray, IndexArray]) -> Any:
-    return tuple(tuple(int(index) for index in part) for part in places)
+def _hashable(places: tuple[IndexArray, IndexArray]) -> Pattern:
+    rows, columns = (tuple(int(index) for index in part) for part in places)
+    return rows, columns
 
 
 class Split(Places):

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ocp_traj.arrays import Array
+from ocp_traj.transcription.nlp import Symbol
 
 IndexArray = npt.NDArray[np.int64]
 
@@ -76,24 +77,43 @@ class Formula:
     hessian_pattern: tuple[IndexArray, IndexArray] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        value = ca.densify(self.value)
-        jacobian = ca.jacobian(value, self.local)
-        multipliers = ca.SX.sym("lambda", value.numel())
-        hessian = ca.triu(ca.hessian(ca.dot(multipliers, value), self.local)[0])
-        arguments = [self.local, self.parameters]
-        functions = {
-            "value": ca.Function(f"{self.name}_value", arguments, [value]),
-            "jacobian": ca.Function(f"{self.name}_jacobian", arguments, [nonzeros(jacobian)]),
-            "hessian": ca.Function(f"{self.name}_hessian", [*arguments, multipliers], [nonzeros(hessian)]),
-        }
-        object.__setattr__(self, "functions", functions)
-        object.__setattr__(self, "jacobian_pattern", pattern(jacobian))
-        object.__setattr__(self, "hessian_pattern", pattern(hessian))
+        made = differentiate(self.name, ca.densify(self.value), [self.local, self.parameters])
+        for name, value in zip(("functions", "jacobian_pattern", "hessian_pattern"), made):
+            object.__setattr__(self, name, value)
 
     @property
     def rows(self) -> int:
         """Number of values ne."""
         return int(self.value.numel())
+
+
+def differentiate(
+    name: str, value: Symbol, arguments: list[Symbol]
+) -> tuple[dict[str, Any], tuple[IndexArray, IndexArray], tuple[IndexArray, IndexArray]]:
+    """Return functions of the arguments, and rows and columns of the nonzeros of their Jacobian and Hessian.
+
+    Parameters
+    ----------
+    name : str
+        What names of the functions begin with.
+    value : SX (ne,), dense
+    arguments : list of SX
+        Derivatives are by the first one.
+
+    Returns
+    -------
+    dict of ``value``, ``jacobian`` (nonzeros) and ``hessian`` (upper triangular nonzeros of the sum of values weighted
+    by one more argument), and the two patterns.
+    """
+    jacobian = ca.jacobian(value, arguments[0])
+    multipliers = ca.SX.sym("lambda", value.numel())
+    hessian = ca.triu(ca.hessian(ca.dot(multipliers, value), arguments[0])[0])
+    functions = {
+        "value": ca.Function(f"{name}_value", arguments, [value]),
+        "jacobian": ca.Function(f"{name}_jacobian", arguments, [nonzeros(jacobian)]),
+        "hessian": ca.Function(f"{name}_hessian", [*arguments, multipliers], [nonzeros(hessian)]),
+    }
+    return functions, pattern(jacobian), pattern(hessian)
 
 
 def nonzeros(matrix: Any) -> Any:

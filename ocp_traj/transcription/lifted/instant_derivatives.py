@@ -13,7 +13,7 @@ from typing import Any
 
 import casadi as ca
 
-from ocp_traj.transcription.lifted.elements import IndexArray, nonzeros, pattern
+from ocp_traj.transcription.lifted.elements import IndexArray, differentiate
 
 WORTH_COMPILING = 300
 """Instructions from which a function is compiled rather than interpreted."""
@@ -67,17 +67,8 @@ def _outer(serialized: str, needs_jerk: bool, total: bool, compiled: bool) -> Ou
     value = ca.densify(function(*blocks))
     if total:
         value = ca.sum1(value)
-    jacobian = ca.jacobian(value, u)
-    multipliers = ca.SX.sym("lambda", value.numel())
-    hessian = ca.triu(ca.hessian(ca.dot(multipliers, value), u)[0])
-    functions = {
-        "value": ca.Function("outer_value", [u], [value]),
-        "jacobian": ca.Function("outer_jacobian", [u], [nonzeros(jacobian)]),
-        "hessian": ca.Function("outer_hessian", [u, multipliers], [nonzeros(hessian)]),
-    }
-    if compiled:
-        functions = _compile(functions)
-    return Outer(value.numel(), functions, pattern(jacobian), pattern(hessian))
+    functions, *patterns = differentiate("outer", value, [u])
+    return Outer(value.numel(), _compile(functions) if compiled else functions, *patterns)
 
 
 def _compile(functions: dict[str, Any]) -> dict[str, Any]:

@@ -9,6 +9,8 @@ import numpy as np
 from ocp_traj.arrays import Array
 from ocp_traj.costs import SQUARED_DERIVATIVES
 from ocp_traj.limits import DERIVATIVE_LIMITS, DerivativeLimit
+from ocp_traj.limits.limit import bound_scales
+from ocp_traj.transcription.duration_rows import duration_rows
 from ocp_traj.transcription.lifted.chain import (
     bernstein_formula,
     defect_formula,
@@ -17,11 +19,8 @@ from ocp_traj.transcription.lifted.chain import (
 )
 from ocp_traj.transcription.lifted.elements import Elements, IndexArray
 from ocp_traj.transcription.lifted.layout import Layout
-from ocp_traj.transcription.lifted.parts import Parts, row_scale
+from ocp_traj.transcription.lifted.parts import Parts
 from ocp_traj.transcription.nlp import RowBlock
-
-INNER_FRACTIONS = {3: (), 5: (0.25, 0.5, 0.75), 7: (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)}
-"""Where inside a segment velocity and lower derivatives are limited at first, by degree."""
 
 DerivativePoints = tuple[tuple[int, int, int, float], ...]
 """(order, segment, moving joint, fraction) of single derivatives."""
@@ -40,11 +39,15 @@ def add_kinematics(parts: Parts, layout: Layout, extra: DerivativePoints) -> Non
             _add_squared(parts, layout, term.order, term.weight(layout.task))
 
 
+def inner_fractions(degree: int) -> list[float]:
+    """Return where inside a segment velocity and higher derivatives are limited at first; nowhere for cubics."""
+    intervals = 2 ** ((degree - 1) // 2) if degree > 3 else 1
+    return [k / intervals for k in range(1, intervals)]
+
+
 def place_label(layout: Layout, limit: str, segment: Any, joint: Any, fraction: Any) -> RowBlock:
     """Return labels of rows; `joint` counts moving joints, `fraction` is of the segment."""
-    segment = np.asarray(segment)
-    inside = (segment % layout.per_gap + fraction) / layout.per_gap
-    return RowBlock(limit, np.asarray(layout.moving)[joint], segment // layout.per_gap, inside)
+    return layout.label(limit, segment, np.asarray(layout.moving)[joint], fraction)
 
 
 def _states_around(layout: Layout, segment: IndexArray, joint: IndexArray, first: int) -> IndexArray:
@@ -82,7 +85,7 @@ def _add_limit(parts: Parts, layout: Layout, limit: DerivativeLimit, extra: Deri
         _add_top_limit(parts, layout, limit)
         return
     segment, joint = layout.places
-    inner = INNER_FRACTIONS[layout.degree] if 0 < limit.order < layout.degree - 1 else ()
+    inner = inner_fractions(layout.degree) if 0 < limit.order < layout.degree - 1 else []
     places = [(segment, joint, np.full(len(segment), fraction)) for fraction in inner]
     found = np.array([point[1:] for point in extra if point[0] == limit.order]).reshape(-1, 3)
     places.append((found[:, 0].astype(np.int64), found[:, 1].astype(np.int64), found[:, 2]))
@@ -107,7 +110,7 @@ def _add_sampled(
     segment, joint, fraction, bounds = segment[keep], joint[keep], fraction[keep], bounds[keep]
     if not len(segment):
         return
-    scale = row_scale(bounds, layout.state_scales[limit.order][joint])
+    scale = bound_scales(bounds.T, layout.state_scales[limit.order][joint])
     variables = _states_around(layout, segment, joint, limit.order)
     count = np.full(len(joint), layout.duration_scale)
     parameters = np.column_stack([layout.state_scales[limit.order :, joint].T, count, fraction, scale])
@@ -140,16 +143,9 @@ def _add_top_limit(parts: Parts, layout: Layout, limit: DerivativeLimit) -> None
 
 def _add_durations(parts: Parts, layout: Layout) -> None:
     """Bound the total duration and the durations of gaps."""
-    objective = layout.task.objective
-    intervals = [(np.arange(layout.segments), np.asarray(objective.duration), 0)]
-    for gap, interval in enumerate(np.asarray(objective.gap_durations)):
-        intervals.append((gap * layout.per_gap + np.arange(layout.per_gap), interval, gap))
-    for columns, (low, high), gap in intervals:
-        if low > 0 or np.isfinite(high):
-            scale = high if np.isfinite(high) else low
-            label = RowBlock("duration", np.array([-1]), np.array([gap]), np.array([0.0]))
-            lower = low / scale if low > 0 else -np.inf
-            parts.add_linear(columns[None, :], layout.duration_scale / scale, lower, high / scale, label)
+    for row in duration_rows(layout.task):
+        unit = layout.duration_scale / row.scale
+        parts.add_linear(row.segments[None, :], unit, row.lower, row.upper, row.label)
 
 
 def _add_end_jerk(parts: Parts, layout: Layout) -> None:

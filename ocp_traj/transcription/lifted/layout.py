@@ -8,20 +8,12 @@ from typing import Any
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.spline import get_family
+from ocp_traj.quantities import DERIVATIVES, RATES
+from ocp_traj.spline.family import SHORTEST
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.lifted.elements import IndexArray
-
-SHORTEST = 1e-3
-"""Least duration of a segment, in an even share of its gap in the guess."""
-
-SHORTEST_WITH_KNOTS = 0.02
-"""The same for cubics with two virtual knots or more, where the guess comes from a solution with fewer."""
-
-SHORTEST_OF_HIGHER_DEGREE = 0.1
-"""The same for quintics and septics with virtual knots: where their knots meet, the derivatives that have to be
-continuous there grow without bound, and the best motion is a limit that no solver reaches."""
+from ocp_traj.transcription.nlp import RowBlock
 
 
 @dataclass(frozen=True)
@@ -71,6 +63,11 @@ class Layout:
         segment, joint = np.meshgrid(np.arange(self.segments), np.arange(len(self.moving)), indexing="ij")
         return segment.ravel(), joint.ravel()
 
+    def label(self, limit: str, segment: Any, joint: Any, fraction: Any) -> RowBlock:
+        """Return labels of rows: `joint` is the joint itself, -1 where there is none, `fraction` of the segment."""
+        inside = (segment % self.per_gap + fraction) / self.per_gap
+        return RowBlock(limit, joint, segment // self.per_gap, inside)
+
     def knot_gaps(self, knot: IndexArray) -> tuple[IndexArray, IndexArray]:
         """Return the gaps left and right of knots."""
         left: IndexArray = np.maximum(knot - 1, 0) // self.per_gap
@@ -103,7 +100,7 @@ class Layout:
 
 def make_layout(task: TrajectoryTask, guess: Trajectory) -> Layout:
     """Choose moving joints and scales from a guess."""
-    degree = get_family(task.family).degree
+    degree = task.family.degree
     segments = task.gaps * (task.virtual_knots + 1)
     moving = moving_joints(task)
     scale = float(np.mean(np.diff(guess.breakpoints)))
@@ -117,15 +114,11 @@ def _shortest_durations(task: TrajectoryTask, guess: Trajectory) -> Array:
     Knots that crowd add nothing to the motion and leave their durations undetermined, which costs a solver many
     iterations.
     """
-    part = SHORTEST_WITH_KNOTS if task.virtual_knots > 1 else SHORTEST
-    if task.virtual_knots and get_family(task.family).degree > 3:
-        part = SHORTEST_OF_HIGHER_DEGREE
-    parts = np.full(task.gaps, part)
-    if get_family(task.family).degree > 3:  # without travel nothing keeps a segment from vanishing
-        parts[(np.diff(task.waypoints, axis=0) == 0).all(axis=1)] = SHORTEST_OF_HIGHER_DEGREE
+    still = (np.diff(task.waypoints, axis=0) == 0).all(axis=1)
+    fractions = [task.family.least_share(task.virtual_knots, bool(each)) for each in still]
     shares = guess.segment_durations / (task.virtual_knots + 1)
-    least: Array = np.repeat(parts * shares, task.virtual_knots + 1)
-    if task.virtual_knots and get_family(task.family).degree == 3 and task.boundary.acceleration is not None:
+    least: Array = np.repeat(fractions * shares, task.virtual_knots + 1)
+    if task.virtual_knots and task.family.degree == 3 and task.boundary.acceleration is not None:
         # Without a jerk limit the best cubic leaves a given end acceleration at once.
         least[0], least[-1] = SHORTEST * shares[0], SHORTEST * shares[-1]
     return least
@@ -138,7 +131,7 @@ def moving_joints(task: TrajectoryTask) -> IndexArray:
     torques or energy could make that worth while; a zero limit keeps it still in any case.
     """
     still = (np.ptp(task.waypoints, axis=0) == 0) & (np.asarray(task.tolerance) == 0).all(axis=0)
-    for name in ("velocity", "acceleration", "jerk"):
+    for name in RATES:
         given = getattr(task.boundary, name)
         if given is not None:
             still &= (given == 0).all(axis=0)
@@ -150,7 +143,7 @@ def moving_joints(task: TrajectoryTask) -> IndexArray:
 def _frozen(task: TrajectoryTask) -> Any:
     """Return the joints that a zero velocity, acceleration or jerk limit keeps still."""
     frozen = np.zeros(task.n, dtype=bool)
-    for name in ("velocity", "acceleration", "jerk"):
+    for name in RATES:
         frozen |= (np.abs(task.limits.get(name)).max(axis=1) == 0).any(axis=0)
     return frozen
 
@@ -169,7 +162,7 @@ def _state_scales(task: TrajectoryTask, guess: Trajectory, degree: int, moving: 
         size = np.abs(guess(guess.breakpoints, order)).max(axis=0)
         size = np.maximum(size, scales[0] / gap**order)
         if order <= 3:
-            limit = np.abs(task.limits.get(("velocity", "acceleration", "jerk")[order - 1])).max(axis=(0, 1))
+            limit = np.abs(task.limits.get(DERIVATIVES[order])).max(axis=(0, 1))
             usable = np.isfinite(limit) & (limit > 0) & (limit < 100 * size)
             size = np.where(usable, limit, size)
         scales.append(size)

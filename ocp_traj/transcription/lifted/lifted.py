@@ -10,8 +10,8 @@ from ocp_traj.arrays import Array
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.curve import build_trajectory
-from ocp_traj.transcription.instants import instant_of
 from ocp_traj.transcription.lifted.assembly import assemble
+from ocp_traj.transcription.lifted.instant_rows import add_instants
 from ocp_traj.transcription.lifted.kinematic_rows import DerivativePoints, add_kinematics
 from ocp_traj.transcription.lifted.layout import Layout, make_layout
 from ocp_traj.transcription.lifted.parts import Parts
@@ -80,10 +80,7 @@ class LiftedNlp(Nlp):
         self.samples, self.extra = samples, extra
         parts = Parts(self.layout.size)
         add_kinematics(parts, self.layout, extra.derivatives)
-        if instant_of(task):
-            from ocp_traj.transcription.lifted.instant_rows import InstantRows
-
-            InstantRows(parts, self.layout, guess, samples, extra.instants, compiled)
+        add_instants(parts, self.layout, guess, samples, extra.instants, compiled)
         lower, upper = state_bounds(self.layout)
         slacks = np.concatenate([*parts.slack_starts, np.empty(0)])
         lower = np.concatenate([lower, np.zeros(len(slacks))])

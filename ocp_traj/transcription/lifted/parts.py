@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sparse
 
 from ocp_traj.arrays import Array
-from ocp_traj.transcription.lifted.assembly import Cost
+from ocp_traj.transcription.lifted.assembly import WeightedPlaces
 from ocp_traj.transcription.lifted.elements import Places
 from ocp_traj.transcription.nlp import RowBlock
 
@@ -32,7 +32,7 @@ class Parts:
     size: int
     places: list[Places] = field(default_factory=list)
     slack_starts: list[Array] = field(default_factory=list)
-    costs: list[Cost] = field(default_factory=list)
+    costs: list[WeightedPlaces] = field(default_factory=list)
     _bounds: list[tuple[Array, Array]] = field(default_factory=list)
     _labels: list[RowBlock] = field(default_factory=list)
     _linear: list[tuple[Array, Array]] = field(default_factory=list)
@@ -94,10 +94,3 @@ class Parts:
     def labels(self) -> list[RowBlock]:
         """Return the labels of all rows, nonlinear ones first."""
         return [*self._labels, *self._linear_labels]
-
-
-def row_scale(bounds: Array, fallback: Any) -> Array:
-    """Return the larger finite bound of every row (rows, 2), or `fallback` where there is none above zero."""
-    magnitude = np.where(np.isfinite(bounds), np.abs(bounds), 0.0).max(axis=1)
-    scale: Array = np.where(magnitude > 0, magnitude, fallback)
-    return scale

@@ -6,6 +6,7 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.limits import DERIVATIVE_LIMITS, DerivativeLimit
+from ocp_traj.transcription.curve import end_conditions
 from ocp_traj.transcription.lifted.layout import Layout
 
 
@@ -43,17 +44,15 @@ def _fix_states(layout: Layout, lower: Array, upper: Array) -> None:
     lower[index] = np.where(free, np.maximum(lower[index], waypoints - tolerance), waypoints)
     upper[index] = np.where(free, np.minimum(upper[index], waypoints + tolerance), waypoints)
     _turn_at_limits(layout, lower, upper)
-    for side, knot in ((0, 0), (1, layout.segments)):
-        for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
-            given = getattr(task.boundary, name)
-            if given is not None and order < layout.degree:
-                value = given[side, layout.moving] / layout.state_scales[order]
-            elif given is None and order <= (layout.degree - 1) // 2:
-                order, value = layout.degree - order, np.zeros(len(joints))
-            else:
-                continue
-            index = layout.state(knot, joints, order)
-            lower[index] = upper[index] = value
+    ends = end_conditions(task)
+    for knot, given in ((0, ends.start), (layout.segments, ends.end)):
+        natural = {
+            layout.degree - order for order in range(1, (layout.degree + 1) // 2) if order not in given
+        }
+        for order, value in {**dict.fromkeys(natural, np.zeros((1, task.n))), **given}.items():
+            if order < layout.degree:
+                index = layout.state(knot, joints, order)
+                lower[index] = upper[index] = value[0, layout.moving] / layout.state_scales[order]
 
 
 def _turn_at_limits(layout: Layout, lower: Array, upper: Array) -> None:

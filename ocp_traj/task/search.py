@@ -1,0 +1,36 @@
+"""What population methods need besides the task."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ocp_traj.arrays import ArrayLike
+from ocp_traj.exceptions import TaskError
+from ocp_traj.task.checks import expand_interval
+
+
+@dataclass(frozen=True)
+class Search:
+    """What population methods need besides the task.
+
+    Parameters
+    ----------
+    duration : (2,) bounds of the duration of one gap, s
+    protocol : ``"shared"`` durations for all joints, or ``"per-joint"`` (papers B and D)
+    """
+
+    duration: ArrayLike = (0.05, 10.0)
+    protocol: str = "shared"
+
+    def expanded(self) -> Search:
+        """Return the settings with checked values."""
+        duration = expand_interval("search.duration", self.duration, (2,))
+        if not (duration[0] > 0 and np.isfinite(duration[1])):
+            raise TaskError("search.duration", "expected two finite positive numbers")
+        if self.protocol not in ("shared", "per-joint"):
+            raise TaskError(
+                "search.protocol", f"{self.protocol!r} is unknown, expected 'shared' or 'per-joint'"
+            )
+        return replace(self, duration=duration)

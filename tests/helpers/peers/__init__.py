@@ -1,0 +1,1 @@
+"""Adapters to other libraries that solve one of our problems."""
