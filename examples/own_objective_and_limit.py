@@ -14,7 +14,7 @@ import ocp_traj as ot
 
 robot = ot.load_robot("ur5")
 q, v, a, tau = (ca.SX.sym(name, robot.n) for name in ("q", "v", "a", "tau"))
-height = ca.Function("height", [q, v, a, tau], [robot.forward_kinematics()(q)[2, 3]])
+height = ca.Function("height", [q, v, a, tau], [robot.symbolic.pose()(q)[2, 3]])
 calm_elbow = ca.Function("calm_elbow", [q, v, a, tau], [a[2] ** 2])
 
 free = ot.TrajectoryTask(

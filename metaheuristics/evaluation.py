@@ -58,8 +58,7 @@ class Evaluation:
         """(p,) sum over the constraint rows; 0 for a feasible candidate."""
         if not self.violation.shape[1]:
             return np.zeros(self.cost.shape[0])
-        total: FloatArray = self.violation.sum(axis=1)
-        return total
+        return self.violation.sum(axis=1)
 
     @property
     def scores(self) -> tuple[FloatArray, FloatArray]:
@@ -80,8 +79,7 @@ class Evaluation:
             else:
                 scores = score(self.cost, list_zeros(self.cost.shape[0]))
             object.__setattr__(self, "_scores", scores)
-        kept: tuple[FloatArray, FloatArray] = self._scores
-        return kept
+        return self._scores
 
 
 @lru_cache(maxsize=64)

@@ -195,8 +195,7 @@ class Optimizer(ABC, Generic[StateT]):
 
     def draw_initial(self, frame: Frame, rng: np.random.Generator) -> FloatArray:
         """Return the initial population (n, d), uniform in the box unless a method says otherwise."""
-        drawn: FloatArray = frame.lower + frame.width * rng.random((self.population, frame.dimension))
-        return drawn
+        return frame.lower + frame.width * rng.random((self.population, frame.dimension))
 
     def make_state(
         self, frame: Frame, ordering: Ordering, positions: FloatArray, rng: np.random.Generator

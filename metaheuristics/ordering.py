@@ -155,15 +155,13 @@ class StaticPenalty(Ordering):
     weight: float = 1e3
 
     def _penalised(self, cost: FloatArray, violation: FloatArray) -> FloatArray:
-        penalised: FloatArray = cost + self.weight * violation
-        return penalised
+        return cost + self.weight * violation
 
     def is_better(
         self, cost: FloatArray, violation: FloatArray, other_cost: FloatArray, other_violation: FloatArray
     ) -> BoolArray:
         """Compare the penalised costs; see `Ordering.is_better`."""
-        better: BoolArray = self._penalised(cost, violation) < self._penalised(other_cost, other_violation)
-        return better
+        return self._penalised(cost, violation) < self._penalised(other_cost, other_violation)
 
     def beats(self, cost: float, violation: float, other_cost: float, other_violation: float) -> bool:
         """Compare two candidates; see `Ordering.beats`."""

@@ -154,8 +154,7 @@ def find_deviation(positions: FloatArray) -> FloatArray:
     weights = list_equal_weights(positions.shape[0])
     centred = positions - weights.dot(positions)
     centred *= centred
-    deviation: FloatArray = np.sqrt(weights.dot(centred))
-    return deviation
+    return np.sqrt(weights.dot(centred))
 
 
 @lru_cache(maxsize=64)

@@ -11,6 +11,7 @@ import numpy as np
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import InputError
 from ocp_traj.quantities import limited_quantity
+from ocp_traj.spline.hermite import hermite_pieces
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
@@ -20,7 +21,7 @@ _SHORTEST_STEP = 1e-6
 
 
 @dataclass(frozen=True)
-class Samples:
+class ControllerSamples:
     """What a controller gets: strictly increasing times from 0 and the states there.
 
     Parameters
@@ -40,7 +41,9 @@ class Samples:
     scale: float
 
 
-def sample_for_controller(trajectory: Trajectory, rate: float, task: TrajectoryTask | None = None) -> Samples:
+def sample_for_controller(
+    trajectory: Trajectory, rate: float, task: TrajectoryTask | None = None
+) -> ControllerSamples:
     """Sample a motion so that the quintic a controller draws through the samples keeps the limits.
 
     Every breakpoint is a sample, in addition to an even grid: between samples the quintic through q, v, a
@@ -66,11 +69,11 @@ def sample_for_controller(trajectory: Trajectory, rate: float, task: TrajectoryT
     raise InputError("no slowing was found that keeps the limits between samples, expected a higher --rate")
 
 
-def _sample(trajectory: Trajectory, rate: float, scale: float) -> Samples:
+def _sample(trajectory: Trajectory, rate: float, scale: float) -> ControllerSamples:
     times = np.round(sampling_times(trajectory, rate) / NANOSECOND)
     start = trajectory.breakpoints[0]
     at = start + times * NANOSECOND
-    return Samples(times, trajectory(at), trajectory(at, 1), trajectory(at, 2), scale)
+    return ControllerSamples(times, trajectory(at), trajectory(at, 1), trajectory(at, 2), scale)
 
 
 def sampling_times(trajectory: Trajectory, rate: float) -> Array:
@@ -93,7 +96,7 @@ def sampling_times(trajectory: Trajectory, rate: float) -> Array:
     return np.union1d(breakpoints, grid[np.minimum(left, right) > step])
 
 
-def _needed_scale(task: TrajectoryTask, motion: Trajectory, samples: Samples) -> float | None:
+def _needed_scale(task: TrajectoryTask, motion: Trajectory, samples: ControllerSamples) -> float | None:
     """Return the slowing with which the controller's quintic keeps the limits; 1 when it does already."""
     from ocp_traj.audit import audit
 
@@ -107,27 +110,15 @@ def _needed_scale(task: TrajectoryTask, motion: Trajectory, samples: Samples) ->
     return float(max(extremum.ratio ** (1.0 / power) for extremum, power in zip(ratios, powers)))
 
 
-def interpolated(samples: Samples, motion: Trajectory) -> Trajectory:
+def interpolated(samples: ControllerSamples, motion: Trajectory) -> Trajectory:
     """Return the quintic motion a joint-trajectory controller draws through the samples."""
     t = samples.nanoseconds * NANOSECOND
-    h = np.diff(t)[:, None]
-    v0, v1 = samples.v[:-1] * h, samples.v[1:] * h
-    a0, a1 = samples.a[:-1] * h**2, samples.a[1:] * h**2
-    travel = np.diff(samples.q, axis=0)
-    terms = (
-        samples.q[:-1],
-        v0,
-        a0 / 2,
-        10 * travel - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1,
-        -15 * travel + 8 * v0 + 7 * v1 + 1.5 * a0 - a1,
-        6 * travel - 3 * v0 - 3 * v1 - 0.5 * a0 + 0.5 * a1,
-    )
-    coefficients = np.stack([term / h**power for power, term in enumerate(terms)], axis=2)
+    coefficients = hermite_pieces(t, samples.q, samples.v, samples.a)
     waypoints = np.round((motion.waypoint_times - motion.breakpoints[0]) / NANOSECOND) * NANOSECOND
     return Trajectory(t, coefficients, waypoints, "quintic", motion.case)
 
 
-def to_ros2(samples: Samples, joint_names: Sequence[str]) -> str:
+def to_ros2(samples: ControllerSamples, joint_names: Sequence[str]) -> str:
     """Return a FollowJointTrajectory goal as YAML, as ``ros2 action send_goal`` takes it.
 
     Raises

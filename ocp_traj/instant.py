@@ -34,7 +34,7 @@ class Instant:
     def tau(self) -> Any:
         """Joint torques from inverse dynamics, N m (N for prismatic joints)."""
         assert self.task.robot is not None
-        return self.task.robot.inverse_dynamics(self.q, self.v, self.a)
+        return self.task.robot.symbolic.inverse_dynamics(self.q, self.v, self.a)
 
     @property
     def state(self) -> tuple[Any, Any, Any, Any]:

@@ -19,6 +19,7 @@ import numpy as np
 from ocp_traj.arrays import Array, read_only
 from ocp_traj.audit.costs import objective_value
 from ocp_traj.exceptions import InputError
+from ocp_traj.files import finite
 from ocp_traj.quantities import COSTS
 from ocp_traj.solving import SolveResult, solve
 from ocp_traj.task import Objective, TrajectoryTask
@@ -80,9 +81,9 @@ class ParetoFront:
         """Return the front with every point's full result; numbers finite or null."""
         points = [
             {
-                "bound": _finite(self.bounds[index]),
-                "duration": _finite(self.durations[index]),
-                "value": _finite(self.values[index]),
+                "bound": finite(self.bounds[index]),
+                "duration": finite(self.durations[index]),
+                "value": finite(self.values[index]),
                 "feasible": bool(self.feasible[index]),
                 "dominated": bool(self.dominated[index]),
                 "result": result.to_json(),
@@ -336,10 +337,6 @@ def _start(task: TrajectoryTask, neighbour: Trajectory, bound: float) -> Traject
 
 def _value(task: TrajectoryTask, trajectory: Trajectory | None) -> float:
     return np.nan if trajectory is None else objective_value(task, trajectory)
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
 
 
 def _number(value: float, form: str) -> str:

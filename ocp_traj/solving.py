@@ -11,12 +11,14 @@ import numpy as np
 
 from ocp_traj.audit import Verdict, audit
 from ocp_traj.audit.costs import energy, objective_value
+from ocp_traj.files import finite
 from ocp_traj.solvers import Outcome, Request, Solver, parse_solver
 from ocp_traj.solvers.mending import is_oversight, slowed_into_limits, solve_tighter
 from ocp_traj.solvers.outcomes import add_counts
 from ocp_traj.solvers.registry import follow_protocol
 from ocp_traj.solvers.solver import ProgressCallback
 from ocp_traj.trajectory_files import to_json as trajectory_to_json
+from ocp_traj.version import __version__
 
 if TYPE_CHECKING:
     from metaheuristics import Solution
@@ -99,7 +101,7 @@ class SolveResult:
         return str(getattr(self.solution.problem, "encoding", ""))
 
     def to_json(self, references: dict[str, Any] | None = None) -> dict[str, Any]:
-        """Return the result as the contract's section 3 states it; every number finite or null."""
+        """Return the result as `solve --json` writes it (docs/cli.md); every number finite or null."""
         verdict = self.audit.to_json() if self.audit is not None else None
         return {
             "schema": 1,
@@ -109,9 +111,9 @@ class SolveResult:
             "status": self.status,
             "message": self.message,
             "feasible": self.feasible,
-            "objective": _finite(self.objective),
-            "duration": _finite(self.duration),
-            "energy": _finite(self.energy),
+            "objective": finite(self.objective),
+            "duration": finite(self.duration),
+            "energy": finite(self.energy),
             "segment_durations": [float(h) for h in self.segment_durations],
             "worst": None if verdict is None else verdict["worst"],
             "evaluations": self.solution.evaluations,
@@ -264,16 +266,10 @@ def versions() -> dict[str, str]:
     """Return the versions of this package and of those its numbers depend on."""
     from importlib.metadata import PackageNotFoundError, version
 
-    import ocp_traj
-
-    found = {"ocp_traj": ocp_traj.__version__}
+    found = {"ocp_traj": __version__}
     for package in ("casadi", "pin", "numpy", "scipy", "toppra", "cvxpy", "clarabel"):
         try:
             found[package] = version(package)
         except PackageNotFoundError:
             continue
     return found
-
-
-def _finite(value: float | None) -> float | None:
-    return None if value is None or not np.isfinite(value) else float(value)

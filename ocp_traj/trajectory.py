@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ocp_traj.arrays import Array, ArrayLike, read_only
 from ocp_traj.exceptions import InputError
@@ -123,8 +124,18 @@ class Trajectory:
         values = coefficients[:, :, -1].copy()
         for power in range(coefficients.shape[2] - 2, -1, -1):
             values = values * local + coefficients[:, :, power]
-        result: Array = values[0] if times.ndim == 0 else values
-        return result
+        return values[0] if times.ndim == 0 else values
+
+    def gap_at(self, times: ArrayLike) -> NDArray[np.intp]:
+        """Return the gap between waypoints, counted from 0, in which each time lies; the later one at a waypoint.
+
+        Parameters
+        ----------
+        times : array or float
+            s; before the start is the first gap, after the end the last.
+        """
+        later = np.searchsorted(self.waypoint_times, times, side="right")
+        return np.asarray(np.clip(later - 1, 0, self.waypoint_times.size - 2))
 
     def scaled(self, scale: float) -> Trajectory:
         """Return the same path run uniformly slower: every duration times `scale`.

@@ -14,6 +14,8 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import InputError
+from ocp_traj.files import write_atomically
+from ocp_traj.spline.hermite import hermite_pieces
 from ocp_traj.trajectory import Trajectory
 
 SCHEMA = 1
@@ -204,7 +206,8 @@ def read_csv(path: str | os.PathLike[str]) -> Trajectory:
     times = columns["t"][:, 0]
     exact = spline_path(path)
     if not exact.exists():
-        return _hermite(times, columns["q"], columns["v"], columns["a"])
+        pieces = hermite_pieces(times, columns["q"], columns["v"], columns["a"])
+        return Trajectory(times, pieces, times[[0, -1]], "samples")
     trajectory = read_json(exact)
     start, end = trajectory.breakpoints[[0, -1]]
     if trajectory.n != columns["q"].shape[1]:
@@ -249,23 +252,6 @@ def _read_columns(path: Path) -> dict[str, Array]:
     return {key: table[:, [names.index(name) for name in group]] for key, group in wanted.items()}
 
 
-def _hermite(times: Array, q: Array, v: Array, a: Array) -> Trajectory:
-    """Return the quintic pieces with given position, velocity and acceleration at every time."""
-    h = np.diff(times)[:, None]
-    v0, v1, a0, a1 = v[:-1] * h, v[1:] * h, a[:-1] * h**2, a[1:] * h**2
-    travel = np.diff(q, axis=0)
-    over_unit = [
-        q[:-1],
-        v0,
-        a0 / 2,
-        10 * travel - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1,
-        -15 * travel + 8 * v0 + 7 * v1 + 1.5 * a0 - a1,
-        6 * travel - 3 * v0 - 3 * v1 - 0.5 * a0 + 0.5 * a1,
-    ]
-    coefficients = np.stack([term / h**power for power, term in enumerate(over_unit)], axis=2)
-    return Trajectory(times, coefficients, times[[0, -1]], "samples")
-
-
 def _read(path: Path) -> str:
     if "\0" in str(path):
         raise InputError(f"{str(path)!r} is no path, it holds a null character")
@@ -283,13 +269,7 @@ def _read(path: Path) -> str:
 
 
 def _write(path: Path, text: str) -> None:
-    """Write a file in one step: a reader sees the old one or the new one, never a part."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        try:
-            temporary.write_text(text, encoding="utf-8", newline="\n")
-            os.replace(temporary, path)
-        finally:
-            temporary.unlink(missing_ok=True)
+        write_atomically(path, text)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None

@@ -82,3 +82,10 @@ def test_what_is_no_trajectory_is_refused(
 def test_a_negative_derivative_is_refused() -> None:
     with pytest.raises(InputError, match="derivative is -1"):
         random_trajectory()(0.0, -1)
+
+
+def test_a_waypoint_belongs_to_the_gap_it_begins_and_the_ends_to_the_outer_gaps() -> None:
+    trajectory = random_trajectory()
+    start, middle, end = trajectory.waypoint_times
+    times = [start - 1.0, start, middle - 1e-9, middle, end, end + 1.0]
+    assert trajectory.gap_at(times).tolist() == [0, 0, 0, 1, 1, 1]

@@ -122,8 +122,7 @@ class EliteSparrowSearch(SparrowSearch):
         lower, upper = state.frame.lower, state.frame.upper
         low, high = (lower, upper) if self.redraw == "box" else (a, b)
         drawn = low + (high - low) * rng.random(opposite.shape)
-        inside: FloatArray = np.where((lower > opposite) | (upper < opposite), drawn, opposite)
-        return inside
+        return np.where((lower > opposite) | (upper < opposite), drawn, opposite)
 
     def select(
         self, state: SparrowState, X: FloatArray, cost: FloatArray, violation: FloatArray
@@ -152,8 +151,7 @@ class EliteSparrowSearch(SparrowSearch):
         shape = (1, x.shape[1] if self.mutation == "coordinate" else 1)
         jump: FloatArray = (1.0 - late) * s * rng.standard_cauchy(shape)
         jump += late * s * rng.standard_normal(shape)
-        mutant: FloatArray = x + (find_deviation(state.positions) if self.debiased else x) * jump
-        return mutant
+        return x + (find_deviation(state.positions) if self.debiased else x) * jump
 
 
 def find_mutation_scale(best_cost: float, other_cost: float) -> float:

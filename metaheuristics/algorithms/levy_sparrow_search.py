@@ -88,8 +88,7 @@ class LevySparrowSearch(SparrowSearch):
             return super().draw_initial(frame, rng)
         count = self.population * frame.dimension
         orbit = draw_logistic_sine(count, rng, self.coupling, squared=self.map_reading == "squared")
-        scaled: FloatArray = frame.lower + frame.width * orbit.reshape(self.population, frame.dimension)
-        return scaled
+        return frame.lower + frame.width * orbit.reshape(self.population, frame.dimension)
 
     def find_weight(self, share: float) -> float:
         """Return w at t / T = share, Eq. (46) of paper B."""

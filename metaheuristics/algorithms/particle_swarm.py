@@ -193,7 +193,5 @@ class ParticleSwarm(Optimizer[SwarmState]):
             return state.velocities
         free = state.positions + state.velocities == X
         if self.wall == "zero":
-            stopped: FloatArray = state.velocities * free
-            return stopped
-        turned: FloatArray = np.where(free, state.velocities, -state.velocities)
-        return turned
+            return state.velocities * free
+        return np.where(free, state.velocities, -state.velocities)

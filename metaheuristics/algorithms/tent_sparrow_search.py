@@ -91,12 +91,10 @@ class TentSparrowSearch(SparrowSearch):
             return super().draw_initial(frame, rng)
         chaos = draw_tent(self.population, frame.dimension, rng)
         if self.tent_range == "box":
-            scaled: FloatArray = frame.lower + frame.width * chaos
-            return scaled
+            return frame.lower + frame.width * chaos
         uniform = super().draw_initial(frame, rng)
         smallest, largest = uniform.min(axis=1, keepdims=True), uniform.max(axis=1, keepdims=True)
-        within: FloatArray = np.clip(smallest + (largest - smallest) * chaos, frame.lower, frame.upper)
-        return within
+        return np.clip(smallest + (largest - smallest) * chaos, frame.lower, frame.upper)
 
     def find_beta(self, share: float) -> float:
         """Return beta at t / T = share, Eq. (18) of paper C: cosine annealing."""

@@ -70,8 +70,7 @@ class Sphere(StandardProblem):
 
     def compute(self, z: FloatArray) -> FloatArray:
         """See `StandardProblem.compute`."""
-        total: FloatArray = (z * z).sum(axis=1)
-        return total
+        return (z * z).sum(axis=1)
 
 
 class Ellipsoid(StandardProblem):
@@ -80,8 +79,7 @@ class Ellipsoid(StandardProblem):
     def compute(self, z: FloatArray) -> FloatArray:
         """See `StandardProblem.compute`."""
         d = z.shape[1]
-        total: FloatArray = (10.0 ** (6.0 * np.arange(d) / max(d - 1, 1)) * z * z).sum(axis=1)
-        return total
+        return (10.0 ** (6.0 * np.arange(d) / max(d - 1, 1)) * z * z).sum(axis=1)
 
 
 class Schwefel12(StandardProblem):
@@ -89,8 +87,7 @@ class Schwefel12(StandardProblem):
 
     def compute(self, z: FloatArray) -> FloatArray:
         """See `StandardProblem.compute`."""
-        total: FloatArray = (np.cumsum(z, axis=1) ** 2).sum(axis=1)
-        return total
+        return (np.cumsum(z, axis=1) ** 2).sum(axis=1)
 
 
 class Rosenbrock(StandardProblem):
@@ -99,8 +96,7 @@ class Rosenbrock(StandardProblem):
     def compute(self, z: FloatArray) -> FloatArray:
         """See `StandardProblem.compute`."""
         y = z + 1.0
-        total: FloatArray = (100.0 * (y[:, 1:] - y[:, :-1] ** 2) ** 2 + (1.0 - y[:, :-1]) ** 2).sum(axis=1)
-        return total
+        return (100.0 * (y[:, 1:] - y[:, :-1] ** 2) ** 2 + (1.0 - y[:, :-1]) ** 2).sum(axis=1)
 
 
 class Rastrigin(StandardProblem):
@@ -108,8 +104,7 @@ class Rastrigin(StandardProblem):
 
     def compute(self, z: FloatArray) -> FloatArray:
         """See `StandardProblem.compute`."""
-        total: FloatArray = (z * z - 10.0 * np.cos(2.0 * math.pi * z) + 10.0).sum(axis=1)
-        return total
+        return (z * z - 10.0 * np.cos(2.0 * math.pi * z) + 10.0).sum(axis=1)
 
 
 class Ackley(StandardProblem):
@@ -119,8 +114,7 @@ class Ackley(StandardProblem):
         """See `StandardProblem.compute`."""
         radius = np.sqrt((z * z).mean(axis=1))
         ripples = np.cos(2.0 * math.pi * z).mean(axis=1)
-        total: FloatArray = 20.0 - 20.0 * np.exp(-0.2 * radius) + math.e - np.exp(ripples)
-        return total
+        return 20.0 - 20.0 * np.exp(-0.2 * radius) + math.e - np.exp(ripples)
 
 
 class Griewank(StandardProblem):
@@ -129,8 +123,7 @@ class Griewank(StandardProblem):
     def compute(self, z: FloatArray) -> FloatArray:
         """See `StandardProblem.compute`."""
         roots = np.sqrt(np.arange(1.0, z.shape[1] + 1.0))
-        total: FloatArray = (z * z).sum(axis=1) / 4000.0 - np.cos(z / roots).prod(axis=1) + 1.0
-        return total
+        return (z * z).sum(axis=1) / 4000.0 - np.cos(z / roots).prod(axis=1) + 1.0
 
 
 HALF_WIDTHS: dict[type[StandardProblem], float] = {
@@ -170,5 +163,4 @@ def make_shifted(
 def draw_rotation(dimension: int, rng: np.random.Generator) -> FloatArray:
     """Return a random orthogonal matrix (d, d), uniform over all (Mezzadri 2007, arXiv:math-ph/0609050)."""
     q, r = np.linalg.qr(rng.standard_normal((dimension, dimension)))
-    rotation: FloatArray = q * np.sign(np.diagonal(r))
-    return rotation
+    return q * np.sign(np.diagonal(r))

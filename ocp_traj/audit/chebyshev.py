@@ -55,8 +55,7 @@ def _transform(degree: int) -> Array:
 def _derivative() -> Array:
     """Return the matrix from Chebyshev coefficients to those of the derivative on [-1, 1]."""
     columns = [np.polynomial.chebyshev.chebder(row) for row in np.eye(DEGREE + 1)]
-    padded: Array = np.array([np.pad(column, (0, DEGREE + 1 - column.size)) for column in columns]).T
-    return padded
+    return np.array([np.pad(column, (0, DEGREE + 1 - column.size)) for column in columns]).T
 
 
 _TRANSFORMS = {degree: _transform(degree) for degree in (LOW_DEGREE, DEGREE)}
@@ -106,8 +105,7 @@ class ChebyshevCurve:
 
 def differentiate(coefficients: Array) -> Array:
     """Return Chebyshev coefficients of the derivative with respect to the variable in [-1, 1], same shape."""
-    slopes: Array = coefficients @ _DERIVATIVE.T
-    return slopes
+    return coefficients @ _DERIVATIVE.T
 
 
 def fit(
@@ -175,8 +173,7 @@ def _interpolate(
 
 def evaluate(coefficients: Array, theta: Array) -> Array:
     """Evaluate series (R, .) at one angle each (R,): the sum of c_k cos(k theta)."""
-    values: Array = np.einsum("rk,rk->r", coefficients, np.cos(np.multiply.outer(theta, _ORDERS)))
-    return values
+    return np.einsum("rk,rk->r", coefficients, np.cos(np.multiply.outer(theta, _ORDERS)))
 
 
 def _slopes(coefficients: Array, order: int) -> Callable[[Array], tuple[Array, Array]]:
@@ -264,5 +261,4 @@ def _sign_changes(
 def integrals(coefficients: Array) -> Array:
     """Return the integrals of series (R, .) over [-1, 1]: the sum over even k of 2 c_k / (1 - k^2)."""
     even = _ORDERS[::2]
-    values: Array = coefficients[:, ::2] @ (2.0 / (1.0 - even**2))
-    return values
+    return coefficients[:, ::2] @ (2.0 / (1.0 - even**2))

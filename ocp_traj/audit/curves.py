@@ -89,8 +89,7 @@ def _squared_speed(robot: Robot, motion: Motion, frame: str, limit: float) -> ch
     def squared(pieces: chebyshev.Pieces, x: Array) -> Array:
         segment, theta = places.locate(np.repeat(pieces, x.shape[1]), x.ravel())
         velocity = [chebyshev.evaluate(rates[segment, axis], theta) for axis in range(3)]
-        speeds: Array = np.sum(np.square(velocity), axis=0).reshape(*x.shape, 1)
-        return speeds
+        return np.sum(np.square(velocity), axis=0).reshape(*x.shape, 1)
 
     return chebyshev.fit(
         squared,

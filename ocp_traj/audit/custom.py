@@ -37,7 +37,6 @@ def numeric_function(function: Any, n: int) -> Callable[[Array, Array, Array, Ar
         ) from error
 
     def evaluate(q: Array, v: Array, a: Array, tau: Array) -> Array:
-        values: Array = np.array(compiled(q.T, v.T, a.T, tau.T)).T
-        return values
+        return np.array(compiled(q.T, v.T, a.T, tau.T)).T
 
     return evaluate

@@ -129,8 +129,7 @@ def _jump_allowance(task: TrajectoryTask, motion: Motion, order: int) -> Array:
     smallest = np.abs(task.limits.get(DERIVATIVES[order])).min(axis=1)[motion.gaps]
     limit = np.minimum(smallest[1:], smallest[:-1])
     reference = np.where(np.isfinite(limit) & (limit > 0), limit, motion.largest[order].max())
-    allowance: Array = RATIO_TOLERANCE * reference
-    return allowance
+    return RATIO_TOLERANCE * reference
 
 
 def _infinite(

@@ -75,8 +75,7 @@ def integral(
 
     def integrand(chosen: chebyshev.Pieces, x: Array) -> Array:
         values = function(*torques_at(task, motion, chosen, x))
-        total: Array = values.reshape(*x.shape, -1).sum(axis=2, keepdims=True)
-        return total
+        return values.reshape(*x.shape, -1).sum(axis=2, keepdims=True)
 
     pieces, left, right = segments(task, motion)
     curve = chebyshev.fit(integrand, pieces, left, right, lambda largest: _INTEGRAL_TOLERANCE * largest)

@@ -117,8 +117,7 @@ class Motion:
         degree = self.trajectory.degree
         factor = math.prod((degree**2 - i**2) / (2 * i + 1) for i in range(order))
         per_piece = factor * (2.0 / self.durations) ** order
-        size: Array = _ROUNDING * np.multiply.outer(per_piece, self.largest[0])
-        return size
+        return _ROUNDING * np.multiply.outer(per_piece, self.largest[0])
 
     def ends(self, order: int) -> tuple[Array, Array]:
         """Values at the start and at the end of every piece, each (m, n), SI."""

@@ -77,8 +77,7 @@ class TorqueCurve(JointCurve):
     @property
     def bounds(self) -> Array:
         """Bound on the error of the torques of each segment, (S, n), N m."""
-        total: Array = self.curve.bounds.reshape(-1, 3, self.n).sum(axis=1)
-        return total
+        return self.curve.bounds.reshape(-1, 3, self.n).sum(axis=1)
 
     def coefficients(self, x: float = 1.0) -> Array:
         """Return the Chebyshev coefficients of the torques at slowing 1/x, (S, n, .)."""
@@ -124,8 +123,7 @@ def torque_curve(task: TrajectoryTask, motion: Motion) -> TorqueCurve:
 def _directions(motion: Motion, pieces: chebyshev.Pieces, x: Array) -> Array:
     """Return the sign of every velocity at one point of each piece, (S, n); 0 for a joint at rest."""
     v = motion.sample(x[:, None], pieces, 1)[:, 0]
-    signs: Array = np.sign(v) * (np.abs(v) > motion.noise(1)[pieces])
-    return signs
+    return np.sign(v) * (np.abs(v) > motion.noise(1)[pieces])
 
 
 def torques_at(

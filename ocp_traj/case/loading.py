@@ -33,8 +33,7 @@ def case_title(name: str) -> str:
     CaseError
         There is no such case.
     """
-    title: str = _tables(name).get("title", "")
-    return title
+    return _tables(name).get("title", "")
 
 
 def load_case(name_or_path: str | Path, overrides: Sequence[str] = ()) -> TrajectoryTask:

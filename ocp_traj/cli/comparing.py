@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from ocp_traj.comparison.report.report import ReportFiles
-    from ocp_traj.comparison.runs.compare import Progress
+    from ocp_traj.comparison.runs.compare import ComparisonProgress
     from ocp_traj.comparison.runs.plan import Plan
 
 
@@ -152,16 +152,16 @@ def usable_cores() -> int:
 
 
 @contextmanager
-def show_progress(console: Console) -> Iterator[Callable[[Progress], None]]:
+def show_progress(console: Console) -> Iterator[Callable[[ComparisonProgress], None]]:
     """Show a bar with the remaining time; without a terminal, a line a run."""
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
+        Progress,
         TextColumn,
         TimeElapsedColumn,
         TimeRemainingColumn,
     )
-    from rich.progress import Progress as Bar
 
     columns = (
         TextColumn("{task.description}"),
@@ -170,10 +170,10 @@ def show_progress(console: Console) -> Iterator[Callable[[Progress], None]]:
         TimeElapsedColumn(),
         TimeRemainingColumn(),
     )
-    with Bar(*columns, console=console, disable=not console.is_terminal) as bar:
+    with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
         task = bar.add_task("runs", total=None)
 
-        def show(progress: Progress) -> None:
+        def show(progress: ComparisonProgress) -> None:
             bar.update(task, total=progress.total, completed=progress.finished)
             if progress.spec is None or progress.record is None:
                 if progress.finished:

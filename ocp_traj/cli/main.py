@@ -7,8 +7,8 @@ import sys
 
 import click
 
-from ocp_traj import __version__
 from ocp_traj.exceptions import OcpTrajError
+from ocp_traj.version import __version__
 
 WRONG_INPUT = 2
 INTERRUPTED = 130
@@ -42,8 +42,7 @@ class LazyGroup(click.Group):
         if place is None:
             return None
         module, _, name = place.partition(":")
-        command: click.Command = getattr(importlib.import_module(module), name)
-        return command
+        return getattr(importlib.import_module(module), name)
 
 
 @click.group(
@@ -80,7 +79,3 @@ def complain(message: str) -> int:
     """Print one sentence on standard error; return the status of wrong input."""
     click.echo("ocp-traj: " + " ".join(message.split()), err=True)
     return WRONG_INPUT
-
-
-if __name__ == "__main__":
-    main()

@@ -57,10 +57,14 @@ def plot_file(
 
 
 def _comparison_picture(folder: Path, name: str, case: str | None) -> Picture:
-    from ocp_traj.comparison.report.comparison_pictures import COMPARISON_PICTURES, convergence_picture
+    from ocp_traj.comparison.report.comparison_pictures import (
+        COMPARISON_PICTURES,
+        convergence_picture,
+        problem_entries,
+    )
     from ocp_traj.comparison.report.judging import judge
     from ocp_traj.comparison.runs.store import Store
-    from ocp_traj.pictures.bounds import bounds_picture, problem_entries
+    from ocp_traj.pictures.bounds import bounds_picture
 
     if name in MOTION_NAMES:
         raise InputError(

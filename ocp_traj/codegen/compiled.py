@@ -23,8 +23,8 @@ from pathlib import Path
 
 import casadi as ca
 
-from ocp_traj import __version__
 from ocp_traj.exceptions import InputError, UnavailableError
+from ocp_traj.version import __version__
 
 NO_COMPILER_VARIABLE = "OCP_TRAJ_NO_COMPILER"
 """Set it to 1 to use the interpreter always."""
@@ -89,8 +89,7 @@ def _sources(functions: Sequence[ca.Function]) -> str:
     generator = ca.CodeGenerator("functions.c", {"with_header": False})
     for function in functions:
         generator.add(function)
-    text: str = generator.dump()
-    return text
+    return generator.dump()
 
 
 def build_library(text: str, optimize: int) -> Path:

@@ -17,7 +17,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ocp_traj.comparison.runs.store import Row
+from ocp_traj.comparison.runs.store import StoredRun
 from ocp_traj.exceptions import InputError
 
 MOST_COCO_FUNCTIONS = 24
@@ -87,15 +87,15 @@ class LoggedFunction:
         return _unknown(self.ceiling)
 
 
-def logged_functions(rows: Iterable[Row]) -> list[LoggedFunction]:
+def logged_functions(rows: Iterable[StoredRun]) -> list[LoggedFunction]:
     """Return every problem and number of variables of a comparison as a function with its runs.
 
     Parameters
     ----------
-    rows : iterable of Row
+    rows : iterable of StoredRun
         As the store gives them, with histories; runs without a history are left out.
     """
-    groups: dict[tuple[str, str, str, int], list[Row]] = defaultdict(list)
+    groups: dict[tuple[str, str, str, int], list[StoredRun]] = defaultdict(list)
     for row in rows:
         if row.record.history.get("evaluations") and row.record.dimension:
             groups[row.case_name, row.case_digest, row.settings_digest, row.record.dimension].append(row)
@@ -115,7 +115,7 @@ def logged_functions(rows: Iterable[Row]) -> list[LoggedFunction]:
     return functions
 
 
-def _entries(row: Row) -> list[tuple[int, float, float]]:
+def _entries(row: StoredRun) -> list[tuple[int, float, float]]:
     """Return (evaluations, cost, violation) of a run's history; what is missing there is infinite."""
     history = row.record.history
     columns = (history["evaluations"], history["cost"], history["violation"])
@@ -126,7 +126,7 @@ def _entries(row: Row) -> list[tuple[int, float, float]]:
     ]
 
 
-def _course(row: Row, entries: list[tuple[int, float, float]], ceiling: float) -> Course:
+def _course(row: StoredRun, entries: list[tuple[int, float, float]], ceiling: float) -> Course:
     improvements: list[tuple[int, float]] = []
     for spent, cost, violation in entries:
         merit = cost if violation <= KEPT_VIOLATION else ceiling + violation

@@ -31,5 +31,4 @@ class SquaredTorque(InstantCost):
 def torque_scales(task: TrajectoryTask) -> Array:
     """Return the torque limit of every joint, N m; 1 where there is none."""
     limits = np.abs(task.limits.get("torque")).max(axis=(0, 1))
-    scales: Array = np.where(np.isfinite(limits) & (limits > 0), limits, 1.0)
-    return scales
+    return np.where(np.isfinite(limits) & (limits > 0), limits, 1.0)

@@ -28,7 +28,7 @@ class CartesianSpeedLimit(InstantLimit):
         robot = instant.task.robot
         assert robot is not None
         speeds = [
-            robot.frame_velocity(frame)(instant.q, instant.v)
+            robot.symbolic.velocity(frame)(instant.q, instant.v)
             for frame, _ in instant.task.limits.cartesian_speed
         ]
         return ca.vertcat(*[ca.dot(speed, speed) for speed in speeds])

@@ -67,8 +67,7 @@ class JointLimit(InstantLimit):
 def bound_scales(bounds: Array, fallback: Any = 1.0) -> Array:
     """Return the larger finite bound of (..., 2, k) bounds, `fallback` where there is none above zero, (..., k)."""
     magnitude = np.where(np.isfinite(bounds), np.abs(bounds), 0.0).max(axis=-2)
-    scale: Array = np.where(magnitude > 0, magnitude, fallback)
-    return scale
+    return np.where(magnitude > 0, magnitude, fallback)
 
 
 def finite_joints(bounds: Array) -> list[int]:

@@ -22,6 +22,6 @@ class TorqueRateLimit(JointLimit):
         columns = [ca.SX.sym(name, instant.task.n) for name in "qva"]
         state = ca.vertcat(*columns)
         direction = ca.SX.sym("direction", state.numel())
-        rate = ca.jtimes(instant.task.robot.inverse_dynamics(*columns), state, direction)
+        rate = ca.jtimes(instant.task.robot.symbolic.inverse_dynamics(*columns), state, direction)
         function = ca.Function("torque_rate", [state, direction], [rate])
         return function(ca.vertcat(instant.q, instant.v, instant.a), ca.vertcat(instant.v, instant.a, instant.j))

@@ -32,8 +32,7 @@ def get_paper(key: str) -> Paper:
     if place is None:
         raise UnknownNameError(f"paper {key!r} is unknown, expected one of {', '.join(PAPERS)}")
     module, _, name = place.partition(":")
-    paper: Paper = getattr(import_module(module), name)()
-    return paper
+    return getattr(import_module(module), name)()
 
 
 __all__ = ["PAPERS", "Paper", "get_paper"]

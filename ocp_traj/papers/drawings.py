@@ -11,7 +11,7 @@ import numpy as np
 from ocp_traj.arrays import Array, ArrayLike
 from ocp_traj.comparison.report.profiles import best_at, course_of
 from ocp_traj.comparison.report.statistics import quartiles
-from ocp_traj.comparison.runs.store import Row
+from ocp_traj.comparison.runs.store import StoredRun
 from ocp_traj.papers.records import Records, number_of
 from ocp_traj.pictures.motion import motion_picture, path_picture
 from ocp_traj.pictures.picture import Band, Line, Panel, Picture
@@ -143,7 +143,7 @@ def lines_picture(
     return Picture(name, title, caption, (Panel("", *axes, lines),), columns=1)
 
 
-def best_motion(task: TrajectoryTask, rows: Sequence[Row], field: str) -> Trajectory | None:
+def best_motion(task: TrajectoryTask, rows: Sequence[StoredRun], field: str) -> Trajectory | None:
     """Rebuild the best (feasible first) run's motion from its gap durations (families without virtual knots)."""
     from ocp_traj.transcription import trajectory_from_durations
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.comparison.report.document import Section
+from ocp_traj.comparison.report.document import ReportSection
 from ocp_traj.comparison.report.statistics import quartiles
 from ocp_traj.papers.experiments import EQUAL_EVALUATIONS, PUBLISHED_PROTOCOL, Experiment, Protocol
 from ocp_traj.papers.measures import number, ranking_words, spread_of
@@ -24,7 +24,7 @@ ONCE = "Gradient solvers and hybrids, those that can be loaded, run once, with s
 
 def method_section(
     paper: Paper, records: Records, group: str, experiments: Sequence[Experiment]
-) -> Section:
+) -> ReportSection:
     """Return one group of experiments: what was spent, a row per method, and the ranking."""
     apart = group == PUBLISHED_PROTOCOL and paper.protocol.joints > 0
     unit = "J" if paper.minimised == "energy" else "s"
@@ -47,7 +47,7 @@ def method_section(
     )
     rows = [_row(paper, records, entry, apart) for entry in experiments]
     table = table_of("", header, rows, _ranking(paper, records, experiments, seeds, apart))
-    return Section("", f"{group[0].upper()}{group[1:]}", paragraphs, (table,))
+    return ReportSection("", f"{group[0].upper()}{group[1:]}", paragraphs, (table,))
 
 
 def _ranking(

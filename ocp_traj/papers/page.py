@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ocp_traj.comparison.report.document import Document, Section, Table, to_markdown
+from ocp_traj.comparison.report.document import Document, ReportSection, Table, to_markdown
 from ocp_traj.papers.measures import number
 from ocp_traj.papers.methods import method_section
 from ocp_traj.papers.motions import certified_optimum, reference_numbers
@@ -48,11 +48,11 @@ def _page(paper: Paper, records: Records, folder: Path, command: str, reduced: b
     counts = [len(records.runs(entry.label, entry.group)) for entry in experiments if not entry.once]
     groups = dict.fromkeys(entry.group for entry in experiments)
     sections = [
-        Section(
+        ReportSection(
             "", "What came out", (_bullets(paper.story(records)), *made_by(command, reduced), seeds_of(counts))
         ),
         _case(paper),
-        Section("", "Readings and stand-ins", (_bullets(paper.stand_ins),)),
+        ReportSection("", "Readings and stand-ins", (_bullets(paper.stand_ins),)),
         *(
             method_section(paper, records, group, [entry for entry in experiments if entry.group == group])
             for group in groups
@@ -60,15 +60,15 @@ def _page(paper: Paper, records: Records, folder: Path, command: str, reduced: b
         _headed(_references(paper.task(), records)),
         *(_headed(_audited(motions)) for motions in (paper.audited(records),) if motions),
         *(_headed(table) for table in paper.tables(records)),
-        Section("", "Figures", _figures(paper, records, folder)),
+        ReportSection("", "Figures", _figures(paper, records, folder)),
         _headed(claims_table(paper.claims(records))),
     ]
     return Document(paper.heading, f"{paper.reference}. {paper.summary}", (), tuple(sections))
 
 
-def _headed(table: Table) -> Section:
+def _headed(table: Table) -> ReportSection:
     """Return a section of one table, whose caption becomes the heading."""
-    return Section("", table.caption, tables=(Table("", table.columns, table.rows, table.note),))
+    return ReportSection("", table.caption, tables=(Table("", table.columns, table.rows, table.note),))
 
 
 def _bullets(sentences: Sequence[str]) -> str:
@@ -104,7 +104,7 @@ def claims_table(claims: Sequence[Claim]) -> Table:
     )
 
 
-def _case(paper: Paper) -> Section:
+def _case(paper: Paper) -> ReportSection:
     task = paper.task()
     degrees = np.rad2deg(task.waypoints)
     rows = [[f"{k + 1}", *(f"{value:.3f}" for value in point)] for k, point in enumerate(degrees)]
@@ -115,7 +115,7 @@ def _case(paper: Paper) -> Section:
             rows.append([f"limit of {name}, {unit}", *(f"{np.rad2deg(value):.4g}" for value in limits)])
     closure = "" if task.robot is None else _closure(task)
     source = f"`{paper.case}`: {task.title}. Source: {task.source}."
-    return Section("", "The case", (source,), (table_of("", header, rows, closure),))
+    return ReportSection("", "The case", (source,), (table_of("", header, rows, closure),))
 
 
 def _closure(task: TrajectoryTask) -> str:
@@ -212,10 +212,10 @@ def write_summary(pages: Sequence[tuple[Paper, Records]], folder: Path, command:
     return path
 
 
-def _summary(paper: Paper, records: Records) -> Section:
+def _summary(paper: Paper, records: Records) -> ReportSection:
     claims = paper.claims(records)
     counted = f"Of {len(claims)} claims and remarks: {_count(claims)}. [All of them]({paper.stem}.md)"
-    return Section("", paper.heading, (_bullets(paper.story(records)), counted))
+    return ReportSection("", paper.heading, (_bullets(paper.story(records)), counted))
 
 
 def _count(claims: Sequence[Claim]) -> str:

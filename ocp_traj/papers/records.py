@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.comparison.runs.compare import Progress, compare, identify_case
+from ocp_traj.comparison.runs.compare import ComparisonProgress, compare, identify_case
 from ocp_traj.comparison.runs.plan import CaseChoice, Plan, RunSpec
-from ocp_traj.comparison.runs.store import Row, Store
+from ocp_traj.comparison.runs.store import Store, StoredRun
 from ocp_traj.papers.experiments import PUBLISHED_PROTOCOL, Experiment
 from ocp_traj.papers.runner import RUNNER
 
@@ -109,7 +109,7 @@ class Records:
     def __init__(self, folder: Path, case: str) -> None:
         self.folder = folder
         self.case = case
-        self._rows: dict[tuple[str, str], list[Row]] = {}
+        self._rows: dict[tuple[str, str], list[StoredRun]] = {}
         _, self._digest = identify_case(CaseChoice(case))
         with Store(folder, create=True) as store:
             self._results = store.results(self._digest)
@@ -117,7 +117,7 @@ class Records:
     def run(self, plan: ExperimentPlan, jobs: int, progress: Callable[[int, int], object]) -> None:
         """Run what is missing, and choose the plan's runs; `progress` gets how many of how many are finished."""
 
-        def report(state: Progress) -> None:
+        def report(state: ComparisonProgress) -> None:
             progress(state.finished, state.total)
 
         compare(plan, self.folder, jobs, progress=report)
@@ -140,7 +140,7 @@ class Records:
                 self._results = store.results(self._digest)
         return self._results[name]
 
-    def runs(self, label: str, group: str) -> list[Row]:
+    def runs(self, label: str, group: str) -> list[StoredRun]:
         """Return the finished runs of one row of one group, by seed."""
         return self._rows.get((group, label), [])
 
@@ -163,13 +163,12 @@ class Records:
         return _numbers([part.get(field) for part in self.parts(label, group, joint)])
 
 
-def number_of(row: Row, field: str) -> float | None:
+def number_of(row: StoredRun, field: str) -> float | None:
     """Return a number of a run's record or of its details; ``seconds`` are of the wall clock, building included."""
     record = row.record
     if field == "seconds":
         return None if record.solve_time is None else (record.build_time or 0.0) + record.solve_time
-    value: float | None = record.details.get(field) if field in record.details else getattr(record, field, None)
-    return value
+    return record.details.get(field) if field in record.details else getattr(record, field, None)
 
 
 def _numbers(values: Sequence[float | None]) -> Array:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ocp_traj.comparison.runs.record import finite
 from ocp_traj.comparison.runs.runner import pack_result, warm_up
+from ocp_traj.files import finite
 
 if TYPE_CHECKING:
     from metaheuristics import History, Solution
@@ -59,8 +59,7 @@ def solve_experiment(request: Mapping[str, Any]) -> dict[str, Any]:
             for joint, part in parts.items()
         ],
     }
-    packed: dict[str, Any] = finite(answer)
-    return packed
+    return finite(answer)
 
 
 def _solve(task: TrajectoryTask, request: Mapping[str, Any]) -> tuple[SolveResult, dict[int, Solution]]:

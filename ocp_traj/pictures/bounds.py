@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ocp_traj.comparison.report.judging import Judgement, Problem
 from ocp_traj.exceptions import InputError
 from ocp_traj.pictures.picture import LIMIT, Line, Panel, Picture
+from ocp_traj.references.reference import ESTIMATED, FOUND, PROVED, TIMED, Reference
+from ocp_traj.references.registry import all_references
 
 if TYPE_CHECKING:
     from ocp_traj.references import ReferenceSet
-
-PROVED, ESTIMATED, TIMED, FOUND = "proved bound", "estimate", "fixed path", "solver's result"
 
 _COLOURS = {PROVED: 2, ESTIMATED: 4, TIMED: 0, FOUND: 1}
 _PLAIN = 8
@@ -32,44 +31,26 @@ class TimeEntry:
 
 def reference_entries(found: ReferenceSet) -> list[TimeEntry]:
     """Return the durations a set of references holds."""
-    entries = [
-        ("kinematic bound", found.bound.lower, PROVED),
-        ("kinematic estimate", found.bound.estimate, ESTIMATED),
+    known = {reference.name: reference for reference in all_references()}
+    return [
+        entry
+        for name, finding in found.findings.items()
+        for entry in duration_entries(known[name], finding.seconds)
     ]
-    entries += [(f"TOPP-RA, {result.path} path", result.duration, TIMED) for result in found.toppra]
-    entries += [(f"convex, {result.path} path", result.duration, TIMED) for result in found.convex]
-    if found.jerk is not None:
-        entries.append(("with bounded jerk, estimate", found.jerk.estimate, ESTIMATED))
-        entries += [
-            (f"with bounded jerk, {result.path} path", result.duration, TIMED) for result in found.jerk_paths
-        ]
-    if found.certificate is not None:
-        family = found.task.family
-        entries.append((f"{family}: no durations below", found.certificate.lower, PROVED))
-        entries.append((f"{family}: best durations", found.certificate.upper, FOUND))
-    return [TimeEntry(name, seconds, kind) for name, seconds, kind in entries if seconds is not None]
+
+
+def duration_entries(reference: Reference, seconds: Mapping[str, float | None]) -> list[TimeEntry]:
+    """Return the durations of one reference, by part."""
+    return [
+        TimeEntry(reference.describe(part), value, reference.kind_of(part))
+        for part, value in seconds.items()
+        if value is not None
+    ]
 
 
 def result_entries(durations: Mapping[str, float]) -> list[TimeEntry]:
     """Return the durations of solvers' feasible results."""
     return [TimeEntry(name, seconds, FOUND) for name, seconds in durations.items() if np.isfinite(seconds)]
-
-
-def problem_entries(judgement: Judgement, problem: Problem) -> list[TimeEntry]:
-    """Return what a comparison knows of one problem's duration: references, and the shortest of every solver."""
-    known = [
-        ("kinematic bound", problem.lower_bound, PROVED),
-        ("kinematic estimate", problem.estimate, ESTIMATED),
-        ("with bounded jerk, estimate", problem.jerk_estimate, ESTIMATED),
-        (f"TOPP-RA, {problem.toppra_path} path", problem.toppra, TIMED),
-    ]
-    durations = {
-        solver: float(group.durations().min())
-        for solver in judgement.solvers
-        if (group := judgement.group(problem, solver)) is not None
-    }
-    entries = [TimeEntry(name, seconds, kind) for name, seconds, kind in known if seconds is not None]
-    return entries + result_entries(durations)
 
 
 def bounds_panel(entries: Sequence[TimeEntry], title: str, *, coloured: bool = True) -> Panel:

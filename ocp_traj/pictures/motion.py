@@ -77,7 +77,7 @@ def sample_limits(task: TrajectoryTask, trajectory: Trajectory, name: str, t: Ar
     if len(trajectory.waypoint_times) != len(task.waypoints):
         tightest = np.stack([limits[:, 0].max(axis=0), limits[:, 1].min(axis=0)])
         return np.broadcast_to(tightest, (t.size, *tightest.shape))
-    gap = np.clip(np.searchsorted(trajectory.waypoint_times, t, side="right") - 1, 0, task.gaps - 1)
+    gap = trajectory.gap_at(t)
     return np.asarray(limits[gap])
 
 

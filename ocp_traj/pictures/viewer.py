@@ -51,8 +51,10 @@ class Scene:
 
 def robot_parts(robot: Robot) -> list[Part]:
     """Return the robot's own meshes, thinned out, or tubes between its joints where it has none."""
+    from ocp_traj.robot.meshes import visual_meshes
+
     try:
-        parts = [_mesh_part(visual) for visual in robot.visual_meshes()]
+        parts = [_mesh_part(visual) for visual in visual_meshes(robot)]
     except OcpTrajError as error:
         _LOGGER.info("no meshes for %s: %s", robot.name, error)
         parts = []

@@ -10,7 +10,7 @@ import numpy as np
 from ocp_traj.arrays import Array, ArrayLike
 from ocp_traj.exceptions import RobotError
 from ocp_traj.robot.additions import vector
-from ocp_traj.robot.robot import Robot
+from ocp_traj.robot.robot import Robot, RobotSource
 from ocp_traj.units import factor
 
 CONVENTIONS = ("standard", "modified")
@@ -106,6 +106,7 @@ def robot_from_dh(
     kinds = ("revolute",) * count if joints is None else tuple(joints)
     if len(kinds) != count or not set(kinds) <= {"revolute", "prismatic"}:
         raise RobotError(f"DH joints is {list(kinds)}, expected {count} of 'revolute' or 'prismatic'")
+    columns = dict(zip(("a", "alpha", "d", "theta"), rows.T.tolist(), strict=True))
     unlimited = np.array([[-np.inf] * count, [np.inf] * count])
     return Robot(
         name=name,
@@ -117,6 +118,7 @@ def robot_from_dh(
         bare_model=_dh_model(pin, name, convention, rows, kinds),
         tool="tool",
         base="base",
+        source=RobotSource(dh={"convention": convention, **columns, "joints": list(kinds)}),
     )
 
 

@@ -85,8 +85,7 @@ def _origin(element: ElementTree.Element | None) -> Array:
     if element is None:
         return np.eye(4)
     rotation = pin.rpy.rpyToMatrix(np.array(_numbers(element.get("rpy", "0 0 0"))))
-    origin: Array = pin.SE3(rotation, np.array(_numbers(element.get("xyz", "0 0 0")))).homogeneous
-    return origin
+    return pin.SE3(rotation, np.array(_numbers(element.get("xyz", "0 0 0")))).homogeneous
 
 
 def _mesh_path(address: str, description: Path) -> Path:

@@ -41,8 +41,7 @@ def root_placement(model: Any, base: str) -> Array:
     frame = model.frames[frame_index(model, base)]
     if frame.parentJoint != 0:
         raise RobotError(f"base frame {base!r} is moved by joint {model.names[frame.parentJoint]!r}")
-    placement: Array = np.array(frame.placement.homogeneous)
-    return placement
+    return np.array(frame.placement.homogeneous)
 
 
 def locked_joints(model: Any, lock: Sequence[str], keep: Sequence[str] | None) -> list[int]:

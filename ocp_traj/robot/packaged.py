@@ -155,6 +155,8 @@ def _load(name: str, folder: Path) -> Robot:
     robot = robot_from_urdf(
         folder / entry.urdf, entry.lock, keep=entry.keep or None, tool=entry.tool, name=name
     )
+    assert robot.source is not None  # read from a URDF
+    robot = replace(robot, source=replace(robot.source, name=name))
     if entry.torque:
         torque = np.array(entry.torque)
         robot = replace(robot, torque_limits=np.array([-torque, torque]))

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-import logging
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -13,17 +12,35 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ocp_traj.arrays import Array, ArrayLike, read_only
-from ocp_traj.exceptions import RobotError, UnavailableError
+from ocp_traj.exceptions import RobotError
 from ocp_traj.robot.additions import STANDARD_GRAVITY, Friction, Payload, vector
 
 if TYPE_CHECKING:
-    import casadi as ca
-
-    from ocp_traj.codegen.batch_program import BatchProgram
+    from ocp_traj.robot.batch import BatchRobot
     from ocp_traj.robot.links import Link
-    from ocp_traj.robot.meshes import VisualMesh
+    from ocp_traj.robot.symbolic import SymbolicRobot
 
-logger = logging.getLogger(__name__)
+
+@dataclass(frozen=True, eq=False)
+class RobotSource:
+    """What a robot was made from: a name, a URDF, or a table of Denavit-Hartenberg parameters.
+
+    Attributes
+    ----------
+    name : str
+        One of `robot_names`, else empty.
+    urdf : pathlib.Path or None
+        The file it was read from, a named robot's too.
+    lock : tuple of str
+        Joints of that file that do not move.
+    dh : mapping or None
+        Arguments of `robot_from_dh`, in rad, as lists.
+    """
+
+    name: str = ""
+    urdf: Path | None = None
+    lock: tuple[str, ...] = ()
+    dh: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,8 +69,8 @@ class Robot:
     payload : Payload or None
     friction : Friction
         Zero unless given: the friction tags of a URDF are simulator settings, see `robot_from_urdf`.
-    description : pathlib.Path or None
-        The URDF the robot was read from, for its meshes.
+    source : RobotSource or None
+        What the robot was made from; None for one that was put together by hand.
     """
 
     name: str
@@ -68,7 +85,7 @@ class Robot:
     gravity: Array = field(default_factory=lambda: np.array(STANDARD_GRAVITY))
     payload: Payload | None = None
     friction: Friction = field(default_factory=lambda: Friction.none(0))  # none(0) stands for none(n)
-    description: Path | None = field(default=None, repr=False)
+    source: RobotSource | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         from ocp_traj.robot.model import frame_index, root_placement
@@ -96,6 +113,11 @@ class Robot:
 
     def __hash__(self) -> int:
         return hash(self.digest())
+
+    @property
+    def description(self) -> Path | None:
+        """The URDF the robot was read from, for its meshes."""
+        return None if self.source is None else self.source.urdf
 
     @property
     def n(self) -> int:
@@ -137,12 +159,6 @@ class Robot:
         frame = self.bare_model.frames[frame_index(self.bare_model, self.tool if name is None else name)]
         return int(frame.parentJoint), np.array(frame.placement.homogeneous)
 
-    def _require_inertia(self) -> None:
-        if not self.has_inertia:
-            raise RobotError(
-                f"robot {self.name!r} has no link masses, torque and energy are not defined for it"
-            )
-
     def digest(self) -> str:
         """Return a hash of all that decides a motion: model, limits, frames, gravity, payload, friction.
 
@@ -171,80 +187,25 @@ class Robot:
         return hashlib.sha256("\n".join(text).encode()).hexdigest()
 
     @cached_property
-    def inverse_dynamics(self) -> ca.Function:
-        """CasADi function (q, v, a) -> tau, each (n,): payload, armature and friction included.
+    def symbolic(self) -> SymbolicRobot:
+        """The robot's dynamics and kinematics as CasADi functions."""
+        from ocp_traj.robot.symbolic import SymbolicRobot
 
-        Raises
-        ------
-        RobotError
-            The robot has no link masses.
-        """
-        from ocp_traj.robot.inverse_dynamics import inverse_dynamics_function
-
-        self._require_inertia()
-        return inverse_dynamics_function(self.links, np.array(self.model.gravity.linear), self.friction)
-
-    def inverse_dynamics_from_pinocchio(self) -> ca.Function:
-        """Return the same function as `inverse_dynamics`, built by Pinocchio's own CasADi binding.
-
-        Raises
-        ------
-        UnavailableError
-            `pinocchio.casadi` cannot be imported (no wheel on PyPI holds it; conda-forge's package does).
-        RobotError
-            The robot has no link masses.
-        """
-        import casadi as ca
-
-        self._require_inertia()
-        try:
-            import pinocchio.casadi as cpin
-        except ImportError as error:
-            raise UnavailableError(
-                f"pinocchio.casadi cannot be imported ({error}); it comes with conda-forge's pinocchio, "
-                "not with the wheels of PyPI"
-            ) from error
-        model = cpin.Model(self.model)
-        q, v, a = (ca.SX.sym(name, self.n) for name in "qva")
-        tau = cpin.rnea(model, model.createData(), q, v, a)
-        tau = tau + ca.DM(self.friction.viscous) * v + ca.DM(self.friction.coulomb) * ca.sign(v)
-        return ca.Function("inverse_dynamics", [q, v, a], [tau], ["q", "v", "a"], ["tau"])
-
-    def forward_kinematics(self, frame: str | None = None) -> ca.Function:
-        """Return the CasADi function q (n,) -> T (4, 4) from the base to a frame (default: the tool).
-
-        Raises
-        ------
-        RobotError
-            The frame does not exist.
-        """
-        from ocp_traj.robot.kinematics import pose_function
-
-        return self._frame_function(pose_function, frame)
-
-    def frame_velocity(self, frame: str | None = None) -> ca.Function:
-        """Return the CasADi function (q, v) -> linear velocity (3,) of a frame's origin in base axes, m/s.
-
-        Raises
-        ------
-        RobotError
-            The frame does not exist.
-        """
-        from ocp_traj.robot.kinematics import velocity_function
-
-        return self._frame_function(velocity_function, frame)
-
-    def _frame_function(self, build: Callable[..., ca.Function], frame: str | None) -> ca.Function:
-        """Return what `build` makes of a frame, made once."""
-        key = (build.__name__, self.tool if frame is None else frame)
-        if key not in self._frame_functions:
-            joint, placement = self.frame_placement(frame)
-            self._frame_functions[key] = build(self.links, joint - 1, placement, self.base_placement)
-        return self._frame_functions[key]
+        return SymbolicRobot(
+            self.name,
+            self.links,
+            np.array(self.model.gravity.linear),
+            self.friction if self.has_inertia else None,
+            self.base_placement,
+            self.frame_placement,
+        )
 
     @cached_property
-    def _frame_functions(self) -> dict[tuple[str, str], ca.Function]:
-        return {}
+    def batch(self) -> BatchRobot:
+        """The robot's torques at many states at once, fast."""
+        from ocp_traj.robot.batch import BatchRobot
+
+        return BatchRobot(self.symbolic)
 
     @cached_property
     def _data(self) -> Any:
@@ -253,7 +214,7 @@ class Robot:
     def torque(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> Array:
         """Return the torques (N, n) in N m of rows of `q`, `v`, `a` (N, n), by Pinocchio and without CasADi.
 
-        This is the reference the audit uses; `torque_batch` is the fast way.
+        This is the reference the audit uses; `batch.torque` is the fast way.
 
         Raises
         ------
@@ -262,64 +223,16 @@ class Robot:
         """
         import pinocchio as pin
 
-        self._require_inertia()
-        rows = self._rows(q, v, a)
+        from ocp_traj.robot.batch import state_rows
+        from ocp_traj.robot.symbolic import without_masses
+
+        if not self.has_inertia:
+            raise without_masses(self.name)
+        rows = state_rows(self.n, q, v, a)
         torques = np.empty_like(rows[0])
         for index, (position, velocity, acceleration) in enumerate(zip(*rows, strict=True)):
             torques[index] = pin.rnea(self.model, self._data, position, velocity, acceleration)
         return torques + self.friction.viscous * rows[1] + self.friction.coulomb * np.sign(rows[1])
-
-    def torque_batch(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> Array:
-        """Return the torques (N, n) of many states at once, in N m; fast.
-
-        `inverse_dynamics` as machine code where there is a C compiler, else its operations over NumPy arrays.
-        Both equal the interpreter to the last bit where NumPy's sine and cosine do.
-
-        Raises
-        ------
-        RobotError
-            The robot has no link masses, or a shape is wrong.
-        """
-        q, v, a = self._rows(q, v, a)
-        return self._program(q, v, a)[0]
-
-    def torque_columns(self, q: Array, v: Array, a: Array, out: Array) -> None:
-        """Write the torques of many states, one a column: `torque_batch` without transposing, for populations.
-
-        Parameters
-        ----------
-        q, v, a, out : (n, N)
-            Arrays of doubles whose rows are contiguous.
-
-        Raises
-        ------
-        RobotError
-            The robot has no link masses.
-        """
-        self._require_inertia()
-        self._program.run_columns((q, v, a), (out,))
-
-    @cached_property
-    def _program(self) -> BatchProgram:
-        from ocp_traj.codegen.array_program import ArrayProgram
-        from ocp_traj.codegen.compiled import find_compiler
-        from ocp_traj.codegen.compiled_program import CompiledProgram
-
-        if find_compiler() is None:
-            return ArrayProgram(self.inverse_dynamics)
-        try:
-            return CompiledProgram(self.inverse_dynamics)
-        except UnavailableError as error:
-            logger.warning("inverse dynamics of %s run in NumPy, not compiled: %s", self.name, error)
-            return ArrayProgram(self.inverse_dynamics)
-
-    def _rows(self, *arrays: ArrayLike) -> tuple[Array, ...]:
-        rows = tuple(np.atleast_2d(np.asarray(array, dtype=np.float64)) for array in arrays)
-        for array in rows:
-            if array.shape != rows[0].shape or array.ndim != 2 or array.shape[1] != self.n:
-                shapes = ", ".join(str(item.shape) for item in rows)
-                raise RobotError(f"q, v, a have shapes {shapes}, expected (N, {self.n}) each")
-        return rows
 
     def pose(self, q: ArrayLike, frame: str | None = None) -> Array:
         """Return the transform (4, 4) from the base to a frame (default: the tool) at `q` (n,), by Pinocchio.
@@ -335,8 +248,7 @@ class Robot:
         position = vector(q, self.n, "q")
         pin.forwardKinematics(self.bare_model, self._data, position)
         base = pin.SE3(self.base_placement).inverse().homogeneous
-        pose: Array = base @ self._data.oMi[joint].homogeneous @ placement
-        return pose
+        return base @ self._data.oMi[joint].homogeneous @ placement
 
     def link_placements(self, q: ArrayLike) -> Array:
         """Return the transforms (n + 1, 4, 4) from the base to the root and to what each joint moves, at `q` (n,).
@@ -351,18 +263,6 @@ class Robot:
         pin.forwardKinematics(self.bare_model, self._data, vector(q, self.n, "q"))
         base = np.linalg.inv(self.base_placement)
         return np.array([base @ placement.homogeneous for placement in self._data.oMi])
-
-    def visual_meshes(self) -> list[VisualMesh]:
-        """Return the robot's meshes with the link that carries each; empty for a robot without a URDF.
-
-        Raises
-        ------
-        RobotError
-            The URDF or one of its meshes is not where it should be.
-        """
-        from ocp_traj.robot.meshes import visual_meshes
-
-        return visual_meshes(self)
 
     def with_changes(
         self,

@@ -13,7 +13,7 @@ import numpy as np
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import RobotError
 from ocp_traj.robot.additions import Friction
-from ocp_traj.robot.robot import Robot
+from ocp_traj.robot.robot import Robot, RobotSource
 
 _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 _MASS_TAG = re.compile(r"<(mass|inertia)\b([^<>]*)>")
@@ -160,5 +160,5 @@ def robot_from_urdf(
         tool=tool or model.frames[model.nframes - 1].name,
         base=base or model.frames[0].name,
         friction=friction,
-        description=path,
+        source=RobotSource(urdf=path, lock=tuple(full.names[index] for index in sorted(locked))),
     )

@@ -83,8 +83,7 @@ def synchronise(task: TrajectoryTask, durations: Array) -> Array:
     A joint that rests in a gap says nothing about its duration; a gap in which no joint moves takes the smallest.
     """
     largest = np.where(moving_gaps(task, durations), durations, -np.inf).max(axis=0)
-    result: Array = np.where(np.isfinite(largest), largest, durations.min(axis=0))
-    return result
+    return np.where(np.isfinite(largest), largest, durations.min(axis=0))
 
 
 def search_joints(task: TrajectoryTask, request: Request, solver: CondensedSolver) -> dict[int, Solution]:

@@ -61,8 +61,7 @@ class FamilyField:
     def __get__(self, task: object, owner: type) -> Family: ...
     def __get__(self, task: object | None, owner: type) -> Family | str:
         """Return the family of a task."""
-        held: Family | str = self.default if task is None else task.__dict__["family"]
-        return held
+        return self.default if task is None else task.__dict__["family"]
 
     def __set__(self, task: object, family: Family | str) -> None:
         """Set the family of a task; raise `TaskError` where the name is unknown."""

@@ -35,6 +35,30 @@ def hermite_matrix(degree: int) -> Array:
     return read_only(np.round(np.linalg.inv(np.stack(conditions)) * unit) / unit)
 
 
+def hermite_pieces(times: Array, *states: Array) -> Array:
+    """Return the pieces with given derivatives at every time: cubics through q, v; quintics through q, v, a.
+
+    Parameters
+    ----------
+    times : (N,)
+        Increasing, s.
+    *states : (N, n) each
+        Position and its derivatives there, in ascending order.
+
+    Returns
+    -------
+    (N - 1, n, degree + 1)
+        Ascending coefficients of the time since each piece's start; the degree is 2 len(states) - 1.
+    """
+    h = np.diff(times)[:, None]
+    ends = [[state[side] * h**order for order, state in enumerate(states)] for side in (slice(-1), slice(1, None))]
+    # Positions are taken from each piece's start: a short piece would lose the digits of its travel.
+    ends[0][0], ends[1][0] = np.zeros_like(ends[0][0]), np.diff(states[0], axis=0)
+    coefficients = np.stack([*ends[0], *ends[1]], axis=2) @ hermite_matrix(2 * len(states) - 1).T
+    coefficients[:, :, 0] = states[0][:-1]
+    return np.asarray(coefficients / h[:, :, None] ** np.arange(2 * len(states)))
+
+
 @lru_cache
 def end_derivative_weights(degree: int, derivative: int, tau: float) -> Array:
     """Weights (2, order + 1) of the end states in a derivative by tau at `tau` (0 or 1)."""

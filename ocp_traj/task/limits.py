@@ -50,7 +50,7 @@ class Limits:
     def get(self, name: str) -> Array:
         """Return one limit, inside a task its (G, 2, n) array; None where there is none."""
         values: Any = self.others.get(name)
-        return getattr(self, name, values)  # type: ignore[no-any-return]
+        return getattr(self, name, values)
 
     @property
     def names(self) -> list[str]:
@@ -91,8 +91,7 @@ class Limits:
 def default_limits(name: str, n: int, robot: Robot | None) -> Array:
     """Return the (2, n) limits that hold where a task gives none: the robot's, else infinite ones."""
     if robot is not None and JOINT_LIMITS[name].from_robot:
-        limits: Array = getattr(robot, f"{name}_limits")
-        return limits
+        return getattr(robot, f"{name}_limits")
     return symmetric(np.inf, n)
 
 

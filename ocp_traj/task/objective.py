@@ -68,8 +68,7 @@ class Objective:
 
     def weight(self, name: str) -> float:
         """Return the weight of one cost."""
-        value: float = getattr(self, name, self.others.get(name, 0.0))
-        return value
+        return getattr(self, name, self.others.get(name, 0.0))
 
     @property
     def names(self) -> list[str]:

@@ -102,8 +102,7 @@ class Nlp(Problem):
     def violations(self, g: Array) -> Array:
         """Return max(g - g_upper, g_lower - g, 0) of rows (..., m)."""
         over = np.maximum(g - self.g_upper, self.g_lower - g)
-        result: Array = np.maximum(over, 0.0)
-        return result
+        return np.maximum(over, 0.0)
 
     def evaluate(self, X: Array) -> Evaluation:
         """Evaluate candidates one by one through the symbolic functions; forms for populations do better."""

@@ -159,7 +159,7 @@ def test_energies_agree_with_a_very_dense_sum(friction: bool, seed: int) -> None
     for node in (-(3**-0.5), 3**-0.5):
         t = middle + half * node
         q, v, a = (trajectory(t, order) for order in range(3))
-        tau = robot.torque_batch(q, v, a)
+        tau = robot.batch.torque(q, v, a)
         total += (np.abs(tau * v).sum(axis=1) * half).sum()
         positive += (np.maximum(tau * v, 0).sum(axis=1) * half).sum()
         squared += (((tau / limits) ** 2).sum(axis=1) * half).sum()

@@ -29,7 +29,7 @@ def test_cartesian_speed_peaks_agree_with_dense_sampling(ur5: Robot, seed: int) 
     verdict = audit(TrajectoryTask(waypoints, limits, robot=ur5), trajectory)
     times = np.linspace(0, trajectory.duration, 40_001)
     for frame, limit in limits.cartesian_speed:
-        velocity = np.array(ur5.frame_velocity(frame)(trajectory(times).T, trajectory(times, 1).T))
+        velocity = np.array(ur5.symbolic.velocity(frame)(trajectory(times).T, trajectory(times, 1).T))
         speeds = np.linalg.norm(velocity, axis=0)
         peak = verdict.limits[f"cartesian_speed:{frame}"]
         assert peak.ratio >= speeds.max() / limit - 1e-9

@@ -38,7 +38,7 @@ def helix_robot() -> Robot:
 
 def test_building_the_inverse_dynamics(benchmark: BenchmarkFixture) -> None:
     robot = load_robot("ur5")
-    function = benchmark(lambda: replace(robot).inverse_dynamics)
+    function = benchmark(lambda: replace(robot).symbolic.inverse_dynamics)
     benchmark.extra_info["instructions"] = function.n_instructions()
     assert function.n_instructions() < 600
 
@@ -47,7 +47,7 @@ def test_building_the_inverse_dynamics(benchmark: BenchmarkFixture) -> None:
 def test_inverse_dynamics_of_a_population(benchmark: BenchmarkFixture, kind: str) -> None:
     if kind == "compiled" and find_compiler() is None:
         pytest.skip("no C compiler on this machine")
-    function = load_robot("ur5").inverse_dynamics
+    function = load_robot("ur5").symbolic.inverse_dynamics
     program = ArrayProgram(function) if kind == "numpy" else CompiledProgram(function)
     q, v, a = states(POINTS)
     (tau,) = benchmark(program, q, v, a)
@@ -62,7 +62,7 @@ def test_one_inverse_dynamics_call_without_conversion(
 ) -> None:
     if kind == "compiled" and find_compiler() is None:
         pytest.skip("no C compiler on this machine")
-    function = load_robot("ur5").inverse_dynamics
+    function = load_robot("ur5").symbolic.inverse_dynamics
     if kind == "compiled":
         function = compile_function(function, derivatives=1)
     if what == "jacobian":

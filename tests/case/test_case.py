@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -222,6 +223,27 @@ def test_locked_joints_of_a_urdf_survive_writing(tmp_path: Path) -> None:
     copy = read(dumps(task, tmp_path), folder=tmp_path)
     assert copy.robot.joint_names == ("turn",)
     assert ot.task_digest(copy) == ot.task_digest(task)
+
+
+def test_an_arm_of_a_file_is_written_as_such_whatever_its_name(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(URDF)
+    robot = replace(ot.robot_from_urdf(tmp_path / "arm.urdf"), name="ur5")
+    task = ot.TrajectoryTask(np.array([[0.0], [1.0]]), robot=robot)
+    assert 'urdf = "arm.urdf"' in dumps(task, tmp_path)
+
+
+def test_limits_that_the_named_arm_has_not_are_written() -> None:
+    weak = replace(ot.load_robot("ur5"), torque_limits=np.array([[-9.0] * 6, [9.0] * 6]))
+    task = ot.TrajectoryTask(np.array([np.zeros(6), np.ones(6)]), robot=weak)
+    np.testing.assert_array_equal(read(dumps(task)).limits.torque, task.limits.torque)
+
+
+def test_an_arm_put_together_by_hand_cannot_be_written() -> None:
+    task = ot.TrajectoryTask(
+        np.array([np.zeros(6), np.ones(6)]), robot=replace(ot.load_robot("ur5"), source=None)
+    )
+    with pytest.raises(TaskError, match="'ur5' came neither by name nor from a URDF nor from a DH table"):
+        dumps(task)
 
 
 def test_limits_come_from_a_moveit_file_unless_the_case_has_its_own(tmp_path: Path) -> None:

@@ -348,7 +348,7 @@ def test_ctrl_c_stops_a_comparison_and_keeps_what_is_finished(tmp_path: Path, ca
     plan.write_text(f"schema = 1\ncases = [{case!r}]\nsolvers = ['pso']\nseeds = 50\nbudget = [400, 1000000000]\n")
     arguments = ["--plan", str(plan), "--no-references", "--jobs", "2", "--output", str(folder)]
     process = subprocess.Popen(
-        [sys.executable, "-m", "ocp_traj.cli.main", "compare", *arguments],
+        [sys.executable, "-m", "ocp_traj", "compare", *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -43,7 +43,7 @@ def points(count: int) -> tuple[np.ndarray, np.ndarray]:
 
 @needs_compiler
 def test_a_compiled_function_equals_the_interpreter() -> None:
-    function = load_robot("ur5").inverse_dynamics
+    function = load_robot("ur5").symbolic.inverse_dynamics
     compiled = compile_function(function)
     assert compiled.class_name() == "External"
     assert compiled.name_in() == function.name_in()
@@ -231,12 +231,12 @@ def test_array_program_knows_binary_operations(operation: str) -> None:
 
 def test_a_robot_gives_the_same_torque_with_and_without_a_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
     q, v, a = np.random.default_rng(4).standard_normal((3, 100, 6))
-    first = replace(load_robot("ur5")).torque_batch(q, v, a)
+    first = replace(load_robot("ur5")).batch.torque(q, v, a)
     monkeypatch.setenv("OCP_TRAJ_NO_COMPILER", "1")
-    second = replace(load_robot("ur5")).torque_batch(q, v, a)
+    second = replace(load_robot("ur5")).batch.torque(q, v, a)
     np.testing.assert_array_equal(first, second)
     columns = np.empty((6, 100))
-    load_robot("ur5").torque_columns(*(np.ascontiguousarray(array.T) for array in (q, v, a)), out=columns)
+    load_robot("ur5").batch.torque_columns(*(np.ascontiguousarray(array.T) for array in (q, v, a)), out=columns)
     np.testing.assert_array_equal(columns.T, first)
 
 
@@ -273,10 +273,10 @@ def test_what_lies_on_a_joint_axis_may_belong_to_the_link_before() -> None:
     plain = ca.Function(
         "plain", symbols, [ca.cse(newton_euler(robot.links, np.array([0, 0, -9.81]), *symbols))]
     )
-    assert robot.inverse_dynamics.n_instructions() < 0.8 * plain.n_instructions()
+    assert robot.symbolic.inverse_dynamics.n_instructions() < 0.8 * plain.n_instructions()
     for state in np.random.default_rng(3).standard_normal((20, 3, 6)):
         np.testing.assert_allclose(
-            np.array(robot.inverse_dynamics(*state)), np.array(plain(*state)), atol=1e-13, rtol=0
+            np.array(robot.symbolic.inverse_dynamics(*state)), np.array(plain(*state)), atol=1e-13, rtol=0
         )
 
 
@@ -306,21 +306,8 @@ def test_dynamics_that_do_not_compile_run_in_numpy_and_say_so(
         raise UnavailableError("the compiler crashed")
 
     q, v, a = np.random.default_rng(5).standard_normal((3, 20, 6))
-    expected = replace(load_robot("ur5")).torque_batch(q, v, a)
+    expected = replace(load_robot("ur5")).batch.torque(q, v, a)
     monkeypatch.setattr(compiled_program, "CompiledProgram", refuse)
     robot = replace(load_robot("ur5"))
-    np.testing.assert_array_equal(robot.torque_batch(q, v, a), expected)
+    np.testing.assert_array_equal(robot.batch.torque(q, v, a), expected)
     assert f"inverse dynamics of {robot.name} run in NumPy, not compiled: the compiler crashed" in caplog.text
-
-
-def test_pinocchios_casadi_binding_is_used_or_said_to_be_missing() -> None:
-    robot = load_robot("ur5")
-    try:
-        import pinocchio.casadi  # noqa: F401
-    except ImportError:
-        with pytest.raises(UnavailableError, match="comes with conda-forge's pinocchio"):
-            robot.inverse_dynamics_from_pinocchio()
-        return
-    q, v, a = np.random.default_rng(6).standard_normal((3, 6))
-    theirs = np.array(robot.inverse_dynamics_from_pinocchio()(q, v, a)).ravel()
-    np.testing.assert_allclose(theirs, robot.torque(q, v, a), atol=1e-10)

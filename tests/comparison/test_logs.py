@@ -13,13 +13,13 @@ import pytest
 
 from ocp_traj.comparison.logs import logged_functions, write_coco, write_ioh
 from ocp_traj.comparison.runs.record import RunRecord
-from ocp_traj.comparison.runs.store import Row
+from ocp_traj.comparison.runs.store import StoredRun
 from ocp_traj.exceptions import InputError
 
 SEEDS = 15
 
 
-def row(case: str, solver: str, seed: int) -> Row:
+def row(case: str, solver: str, seed: int) -> StoredRun:
     """A run whose first candidates break a limit, and which improves ten times."""
     rng = np.random.default_rng([seed, len(case), len(solver)])
     cost = 2.0 + np.sort(rng.exponential(size=12))[::-1]
@@ -36,16 +36,16 @@ def row(case: str, solver: str, seed: int) -> Row:
             "seconds": [0.01 * k for k in range(12)],
         },
     )
-    return Row(case, case, solver, "settings", seed, seed, 250, None, record, None, 1)
+    return StoredRun(case, case, solver, "settings", seed, seed, 250, None, record, None, 1)
 
 
 @pytest.fixture(name="rows")
-def make_rows() -> list[Row]:
+def make_rows() -> list[StoredRun]:
     return [row(case, solver, seed) for case in ("near", "far") for solver in ("pso", "ssa[beta=scalar]")
             for seed in range(SEEDS)]  # fmt: skip
 
 
-def test_a_candidate_that_breaks_a_limit_is_worse_than_every_one_that_keeps_them(rows: list[Row]) -> None:
+def test_a_candidate_that_breaks_a_limit_is_worse_than_every_one_that_keeps_them(rows: list[StoredRun]) -> None:
     for function in logged_functions(rows):
         for courses in function.courses.values():
             for course in courses:
@@ -57,7 +57,7 @@ def test_a_candidate_that_breaks_a_limit_is_worse_than_every_one_that_keeps_them
         )
 
 
-def test_iohprofiler_reads_what_was_stored(rows: list[Row], tmp_path: Path) -> None:
+def test_iohprofiler_reads_what_was_stored(rows: list[StoredRun], tmp_path: Path) -> None:
     iohinspector = pytest.importorskip("iohinspector")
     functions = logged_functions(rows)
     write_ioh(functions, tmp_path, "1.0")
@@ -73,7 +73,7 @@ def test_iohprofiler_reads_what_was_stored(rows: list[Row], tmp_path: Path) -> N
     assert set(overview["evals"]) == {250}
 
 
-def test_the_data_file_of_iohprofiler_has_every_improvement(rows: list[Row], tmp_path: Path) -> None:
+def test_the_data_file_of_iohprofiler_has_every_improvement(rows: list[StoredRun], tmp_path: Path) -> None:
     functions = logged_functions(rows)
     write_ioh(functions, tmp_path, "1.0")
     first = functions[0]
@@ -84,7 +84,7 @@ def test_the_data_file_of_iohprofiler_has_every_improvement(rows: list[Row], tmp
     assert shown[-1] == (250, first.courses["pso"][0].improvements[-1][1])
 
 
-def test_coco_reads_what_was_stored(rows: list[Row], tmp_path: Path) -> None:
+def test_coco_reads_what_was_stored(rows: list[StoredRun], tmp_path: Path) -> None:
     pytest.importorskip("cocopp", exc_type=ImportError)
     from cocopp.pproc import DataSetList
 
@@ -101,7 +101,7 @@ def test_coco_reads_what_was_stored(rows: list[Row], tmp_path: Path) -> None:
         np.testing.assert_allclose(each.finalfunvals, last, atol=1e-8)
 
 
-def test_a_table_says_which_problem_a_number_is(rows: list[Row], tmp_path: Path) -> None:
+def test_a_table_says_which_problem_a_number_is(rows: list[StoredRun], tmp_path: Path) -> None:
     write_coco(logged_functions(rows), tmp_path, "1.0")
     with (tmp_path / "functions.csv").open() as file:
         table = list(csv.DictReader(file))

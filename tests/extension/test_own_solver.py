@@ -113,7 +113,7 @@ def command(tree: Path, *arguments: str) -> str:
     """Run ``ocp-traj`` of a copy and return what it prints."""
     environment = {**os.environ, "PYTHONPATH": str(tree), "COLUMNS": "200"}
     run = subprocess.run(
-        [sys.executable, "-m", "ocp_traj.cli.main", *arguments],
+        [sys.executable, "-m", "ocp_traj", *arguments],
         capture_output=True,
         text=True,
         env=environment,

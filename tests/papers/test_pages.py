@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocp_traj.comparison.report.document import Document, Section, Table, to_markdown
+from ocp_traj.comparison.report.document import Document, ReportSection, Table, to_markdown
 from ocp_traj.comparison.runs.store import Store
 from ocp_traj.papers import PAPERS, get_paper
 from ocp_traj.papers.drawings import lines_picture
@@ -62,7 +62,7 @@ class SmallPaper(Paper):
         ]
 
 
-def markdown(*sections: Section) -> str:
+def markdown(*sections: ReportSection) -> str:
     """Return the text of sections."""
     return to_markdown(Document("", "", (), sections))
 
@@ -153,7 +153,7 @@ def test_the_number_of_seeds_is_counted(counts: list[int], words: str) -> None:
 def test_a_table_has_a_row_a_claim() -> None:
     table = claims_table([Claim("a", "b", "c|", "d")] * 3)
     assert len(table.rows) == 3
-    assert markdown(Section("", "", tables=(table,))).count("| a | b | c\\| | **d** |") == 3
+    assert markdown(ReportSection("", "", tables=(table,))).count("| a | b | c\\| | **d** |") == 3
 
 
 def test_the_command_on_a_page_is_the_one_to_type() -> None:

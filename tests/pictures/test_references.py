@@ -9,19 +9,13 @@ import numpy as np
 import pytest
 
 from ocp_traj.exceptions import InputError
-from ocp_traj.pictures.bounds import (
-    ESTIMATED,
-    FOUND,
-    PROVED,
-    TimeEntry,
-    bounds_panel,
-    bounds_picture,
-)
+from ocp_traj.pictures.bounds import TimeEntry, bounds_panel, bounds_picture
 from ocp_traj.pictures.matplotlib_ import save_picture
 from ocp_traj.pictures.phase_plane import phase_plane_picture
 from ocp_traj.pictures.references import references_picture
 from ocp_traj.pictures.svg import draw_picture
 from ocp_traj.references import ReferenceSet, collect_references, limit_curves, toppra_reference
+from ocp_traj.references.reference import ESTIMATED, FOUND, PROVED
 from ocp_traj.task import Limits, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 

@@ -11,7 +11,7 @@ import pytest
 
 from ocp_traj.comparison.report.report import TEMPLATES
 from ocp_traj.exceptions import InputError
-from ocp_traj.pictures.meshes import Mesh, read_mesh, rotation, thin_out
+from ocp_traj.pictures.meshes import Mesh, read_mesh, thin_out
 from ocp_traj.pictures.viewer import Scene, robot_parts, scene_data, stick_parts, tube, viewer_html
 from ocp_traj.robot import load_robot, robot_from_dh
 from ocp_traj.task import TrajectoryTask
@@ -24,12 +24,15 @@ _COLLADA = """<?xml version="1.0"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
 <asset><unit meter="0.5" name="half"/><up_axis>Z_UP</up_axis></asset>
 <library_geometries><geometry id="g"><mesh>
-<source id="s"><float_array id="f" count="12">{points}</float_array></source>
+<source id="s"><float_array id="f" count="12">{points}</float_array><technique_common>
+<accessor source="#f" count="4" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+<param name="Z" type="float"/></accessor></technique_common></source>
 <vertices id="v"><input semantic="POSITION" source="#s"/></vertices>
 {faces}
 </mesh></geometry></library_geometries>
 <library_visual_scenes><visual_scene id="scene"><node><translate>0 0 2</translate>
 <rotate>0 0 1 90</rotate><instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#scene"/></scene>
 </COLLADA>"""
 
 
@@ -81,13 +84,16 @@ def test_collada_is_placed_by_its_nodes_and_unit(tmp_path: Path, kind: str) -> N
     counts = "<vcount>3 3 3 3</vcount>" if kind == "polylist" else ""
     faces = (
         f'<{kind} count="4"><input semantic="VERTEX" source="#v" offset="0"/>'
-        f'<input semantic="NORMAL" source="#n" offset="1"/>{counts}<p>{indices}</p></{kind}>'
+        f'<input semantic="NORMAL" source="#s" offset="1"/>{counts}<p>{indices}</p></{kind}>'
     )
     points = " ".join(str(value) for value in CORNERS.ravel())
     (tmp_path / "m.dae").write_text(_COLLADA.format(points=points, faces=faces))
     mesh = read_mesh(tmp_path / "m.dae")
-    turned = 0.5 * (CORNERS @ rotation(np.array([0.0, 0.0, 1.0]), np.pi / 2).T + np.array([0.0, 0.0, 2.0]))
-    np.testing.assert_allclose(mesh.vertices, turned, atol=1e-15)
+    x, y, z = CORNERS.T
+    turned = 0.5 * np.stack([-y, x, z + 2.0], axis=1)
+    found = mesh.vertices[np.lexsort(np.round(mesh.vertices.T, 6))]
+    single = 2 * np.finfo(np.float32).eps  # meshes are read in single precision
+    np.testing.assert_allclose(found, turned[np.lexsort(turned.T)], rtol=0, atol=single)
     assert volume(mesh) == pytest.approx(1 / 48)
 
 
@@ -98,6 +104,9 @@ def test_collada_is_placed_by_its_nodes_and_unit(tmp_path: Path, kind: str) -> N
         ("x.dae", b"<COLLADA"),
         ("x.dae", b"<!DOCTYPE a [<!ENTITY b 'c'>]><a/>"),
         ("x.obj", b"v 0 0 0\nf 1 2 3"),
+        ("missing-corner.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 9\n"),
+        ("nan.obj", b"v nan 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n"),
+        ("cut.stl", binary_stl()[:-30]),
     ],
 )
 def test_what_is_no_mesh_is_refused(tmp_path: Path, name: str, data: bytes) -> None:

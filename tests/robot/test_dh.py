@@ -51,7 +51,7 @@ def test_poses_equal_transforms_multiplied_by_hand(convention: str, unit: str) -
         for q in rng.uniform(-3.0, 3.0, (5, n)):
             expected = hand_multiplied(convention, rows, kinds, q)
             np.testing.assert_allclose(robot.pose(q), expected, atol=1e-13)
-            np.testing.assert_allclose(np.array(robot.forward_kinematics()(q)), expected, atol=1e-13)
+            np.testing.assert_allclose(np.array(robot.symbolic.pose()(q)), expected, atol=1e-13)
 
 
 def test_the_arm_of_paper_b_stretches_out_as_its_table_says() -> None:

@@ -10,6 +10,7 @@ import pytest
 
 from ocp_traj.exceptions import RobotError
 from ocp_traj.robot import load_robot, robot_from_dh, robot_from_urdf, robot_names
+from ocp_traj.robot.meshes import visual_meshes
 from ocp_traj.robot.packaged import PACKAGED_ROBOTS, data_folder
 
 MESH_URDF = """<?xml version="1.0"?>
@@ -25,7 +26,7 @@ MESH_URDF = """<?xml version="1.0"?>
 @pytest.mark.parametrize("name", robot_names())
 def test_meshes_are_files_carried_by_the_right_links(name: str) -> None:
     robot = load_robot(name)
-    meshes = robot.visual_meshes()
+    meshes = visual_meshes(robot)
     assert len(meshes) >= robot.n - 1
     assert all(mesh.path.is_file() for mesh in meshes)
     assert {mesh.link for mesh in meshes} <= set(range(robot.n + 1))
@@ -55,7 +56,7 @@ def test_meshes_stand_where_pinocchio_puts_them(name: str) -> None:
         if Path(shape.meshPath).suffix
     ]
     links = robot.link_placements(q)
-    found = [links[mesh.link] @ mesh.placement for mesh in robot.visual_meshes()]
+    found = [links[mesh.link] @ mesh.placement for mesh in visual_meshes(robot)]
     np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
@@ -68,11 +69,11 @@ def test_link_placements_start_with_the_root_and_use_the_base() -> None:
 
 
 def test_a_dh_robot_has_no_meshes() -> None:
-    assert robot_from_dh("standard", [1.0], [0.0], [0.0], [0.0]).visual_meshes() == []
+    assert visual_meshes(robot_from_dh("standard", [1.0], [0.0], [0.0], [0.0])) == []
 
 
 def test_a_missing_mesh_is_a_clear_error_only_when_asked_for(tmp_path: Path) -> None:
     (tmp_path / "one.urdf").write_text(MESH_URDF)
     robot = robot_from_urdf(tmp_path / "one.urdf")
     with pytest.raises(RobotError, match=r"mesh package://nowhere/tip\.stl of .*one\.urdf is not there"):
-        robot.visual_meshes()
+        visual_meshes(robot)

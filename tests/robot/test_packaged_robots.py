@@ -40,14 +40,14 @@ def test_inverse_dynamics_equals_pinocchio_rnea(robot: Robot) -> None:
     q, v, a = random_states(robot.n)
     data = robot.model.createData()
     expected = np.array([pin.rnea(robot.model, data, *state) for state in zip(q, v, a, strict=True)])
-    found = np.array(robot.inverse_dynamics(q.T, v.T, a.T)).T
+    found = np.array(robot.symbolic.inverse_dynamics(q.T, v.T, a.T)).T
     assert np.max(np.abs(found - expected) / np.maximum(1.0, np.abs(expected))) < 1e-10
 
 
 def test_inverse_dynamics_jacobians_equal_pinocchio_derivatives(robot: Robot) -> None:
     q, v, a = random_states(robot.n, seed=1)
-    symbols = robot.inverse_dynamics.sx_in()
-    tau = robot.inverse_dynamics(*symbols)
+    symbols = robot.symbolic.inverse_dynamics.sx_in()
+    tau = robot.symbolic.inverse_dynamics(*symbols)
     jacobians = ca.Function("J", symbols, [ca.jacobian(tau, symbol) for symbol in symbols])
     data = robot.model.createData()
     for state in zip(q, v, a, strict=True):
@@ -63,7 +63,7 @@ def test_forward_kinematics_equals_pinocchio_in_every_frame(robot: Robot) -> Non
     frames = sorted({frame.name for frame in robot.model.frames if frame.type == pin.FrameType.BODY})
     data = robot.model.createData()
     for name in frames:
-        pose = robot.forward_kinematics(name)
+        pose = robot.symbolic.pose(name)
         index = next(
             i for i, f in enumerate(robot.model.frames) if f.name == name and f.type == pin.FrameType.BODY
         )
@@ -76,7 +76,7 @@ def test_forward_kinematics_equals_pinocchio_in_every_frame(robot: Robot) -> Non
 
 def test_frame_velocity_equals_pinocchio(robot: Robot) -> None:
     q, v, _ = random_states(robot.n, seed=3)
-    velocity = robot.frame_velocity()
+    velocity = robot.symbolic.velocity()
     data = robot.model.createData()
     joint, placement = robot.frame_placement()
     for position, rate in zip(q[:20], v[:20], strict=True):
@@ -89,13 +89,13 @@ def test_frame_velocity_equals_pinocchio(robot: Robot) -> None:
 
 def test_array_program_equals_the_interpreter_bit_by_bit(robot: Robot) -> None:
     q, v, a = random_states(robot.n, seed=4)
-    expected = np.array(robot.inverse_dynamics(q.T, v.T, a.T)).T
-    np.testing.assert_array_max_ulp(robot.torque_batch(q, v, a), expected, maxulp=0)
+    expected = np.array(robot.symbolic.inverse_dynamics(q.T, v.T, a.T)).T
+    np.testing.assert_array_max_ulp(robot.batch.torque(q, v, a), expected, maxulp=0)
 
 
 def test_the_reference_torque_agrees_with_the_batch(robot: Robot) -> None:
     q, v, a = random_states(robot.n, seed=5)
-    np.testing.assert_allclose(robot.torque(q, v, a), robot.torque_batch(q, v, a), rtol=1e-10, atol=1e-10)
+    np.testing.assert_allclose(robot.torque(q, v, a), robot.batch.torque(q, v, a), rtol=1e-10, atol=1e-10)
 
 
 def test_a_robot_survives_pickling(robot: Robot) -> None:

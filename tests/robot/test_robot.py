@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from ocp_traj.exceptions import RobotError, UnavailableError
+from ocp_traj.exceptions import RobotError
 from ocp_traj.robot import Friction, Payload, Robot, load_robot, robot_from_dh, robot_from_urdf
 
 URDF = """<?xml version="1.0"?>
@@ -64,10 +64,10 @@ def test_random_chains_agree_with_pinocchio(n: int) -> None:
         robot = random_chain(rng, n).with_changes(gravity=rng.standard_normal(3))
         q, v, a = rng.uniform(-2.0, 2.0, (3, 20, n))
         expected = robot.torque(q, v, a)
-        found = np.array(robot.inverse_dynamics(q.T, v.T, a.T)).T
+        found = np.array(robot.symbolic.inverse_dynamics(q.T, v.T, a.T)).T
         np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-10 * np.max(np.abs(expected)))
         for position in q[:5]:
-            pose = np.array(robot.forward_kinematics()(position))
+            pose = np.array(robot.symbolic.pose()(position))
             np.testing.assert_allclose(pose, robot.pose(position), atol=1e-10)
 
 
@@ -93,7 +93,7 @@ def test_payload_acts_as_a_body_at_the_tool() -> None:
     q, v, a = rng.standard_normal((3, 50, 6))
     expected = np.array([pin.rnea(model, model.createData(), *row) for row in zip(q, v, a, strict=True)])
     np.testing.assert_allclose(robot.torque(q, v, a), expected, rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(robot.torque_batch(q, v, a), expected, rtol=1e-10, atol=1e-10)
+    np.testing.assert_allclose(robot.batch.torque(q, v, a), expected, rtol=1e-10, atol=1e-10)
     assert bare.model.inertias[6].mass == pytest.approx(0.1879)
 
 
@@ -128,7 +128,7 @@ def test_gravity_is_given_in_the_base_frame() -> None:
     zero = np.zeros_like(q)
     expected = robot.with_changes(gravity=[-1.0, -2.0, -3.0]).torque(q, zero, zero)
     np.testing.assert_allclose(turned.torque(q, zero, zero), expected, atol=1e-9)
-    np.testing.assert_allclose(turned.torque_batch(q, zero, zero), expected, atol=1e-9)
+    np.testing.assert_allclose(turned.batch.torque(q, zero, zero), expected, atol=1e-9)
 
 
 def test_a_ceiling_mount_reverses_the_static_torque() -> None:
@@ -147,7 +147,7 @@ def test_friction_is_viscous_plus_coulomb() -> None:
     v[0] = 0.0
     expected = robot.torque(q, v, a) + friction.viscous * v + friction.coulomb * np.sign(v)
     np.testing.assert_allclose(rubbing.torque(q, v, a), expected, rtol=1e-13)
-    np.testing.assert_allclose(rubbing.torque_batch(q, v, a), expected, rtol=1e-10, atol=1e-10)
+    np.testing.assert_allclose(rubbing.batch.torque(q, v, a), expected, rtol=1e-10, atol=1e-10)
 
 
 def test_the_base_frame_moves_poses() -> None:
@@ -156,9 +156,9 @@ def test_the_base_frame_moves_poses() -> None:
     turned = robot.with_changes(base="base")
     expected = np.diag([-1.0, -1.0, 1.0, 1.0]) @ robot.pose(q)
     np.testing.assert_allclose(turned.pose(q), expected, atol=1e-10)
-    np.testing.assert_allclose(np.array(turned.forward_kinematics()(q)), expected, atol=1e-10)
+    np.testing.assert_allclose(np.array(turned.symbolic.pose()(q)), expected, atol=1e-10)
     v = np.random.default_rng(5).standard_normal(6)
-    velocity = np.array(turned.frame_velocity()(q, v)).ravel()
+    velocity = np.array(turned.symbolic.velocity()(q, v)).ravel()
     step = 1e-6
     numeric = (turned.pose(q + step * v)[:3, 3] - turned.pose(q - step * v)[:3, 3]) / (2 * step)
     np.testing.assert_allclose(velocity, numeric, atol=1e-8)
@@ -222,24 +222,11 @@ def test_a_robot_without_masses_has_no_torque() -> None:
     robot = robot_from_dh("modified", [0.0, 1.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0])
     assert not robot.has_inertia
     for use in (
-        lambda: robot.inverse_dynamics,
+        lambda: robot.symbolic.inverse_dynamics,
         lambda: robot.torque([[0.0, 0.0]], [[0.0, 0.0]], [[0.0, 0.0]]),
     ):
         with pytest.raises(RobotError, match="has no link masses"):
             use()
-
-
-def test_pinocchio_casadi_is_used_where_it_imports_and_missed_clearly_elsewhere() -> None:
-    robot = load_robot("ur5")
-    try:
-        import pinocchio.casadi  # noqa: F401
-    except ImportError:
-        with pytest.raises(UnavailableError, match=r"pinocchio.casadi cannot be imported.*conda-forge"):
-            robot.inverse_dynamics_from_pinocchio()
-        return
-    q, v, a = np.random.default_rng(7).standard_normal((3, 6))
-    found = np.array(robot.inverse_dynamics_from_pinocchio()(q, v, a)).ravel()
-    np.testing.assert_allclose(found, robot.torque(q[None], v[None], a[None])[0], atol=1e-10)
 
 
 def test_robot_arrays_are_read_only() -> None:

@@ -8,6 +8,7 @@ import pytest
 from scipy.interpolate import CubicSpline, make_interp_spline
 
 from ocp_traj.spline import EndConditions, get_family
+from ocp_traj.spline.hermite import hermite_pieces
 
 
 def evaluate(pieces, t, derivative=0):
@@ -185,3 +186,24 @@ def test_batches_and_symbols_give_the_same_numbers_as_single_curves(name):
         )
         np.testing.assert_allclose(batched, stacked, rtol=1e-9, atol=1e-12)
         np.testing.assert_allclose(np.array(function(h)), stacked, rtol=1e-9, atol=1e-12)
+
+
+def test_hermite_pieces_keep_the_digits_of_a_short_piece() -> None:
+    """The jerk of the quintic through samples of a parabola, 1 kHz and far from zero, is that of the parabola: zero."""
+    times = np.arange(200) / 1024
+    position = 3.0 + times + times**2 / 6.0
+    states = position, 1.0 + times / 3.0, np.full_like(times, 1.0 / 3.0)
+    pieces = hermite_pieces(times, *(state[:, None] for state in states))
+    jerk = 6.0 * np.abs(pieces[:, 0, 3])
+    # A rounding error of the position, over the cube of the step.
+    assert 0.0 < jerk.max() < 60 * np.finfo(float).eps * position.max() * 1024**3
+    np.testing.assert_array_equal(pieces[:, 0, 0], position[:-1])
+
+
+def test_hermite_pieces_are_the_polynomial_they_sample() -> None:
+    times = np.array([0.0, 0.4, 1.5])
+    cubic = np.polynomial.Polynomial([1.0, -2.0, 0.5, 3.0])
+    pieces = hermite_pieces(times, cubic(times)[:, None], cubic.deriv()(times)[:, None])
+    for start, piece in zip(times, pieces[:, 0], strict=False):
+        shifted = cubic(np.polynomial.Polynomial([start, 1.0]))
+        np.testing.assert_allclose(piece, shifted.coef, rtol=1e-12)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.comparison.report.judging import Group, Judgement, Problem
+from ocp_traj.comparison.report.judging import ComparedProblem, Group, Judgement
 from ocp_traj.comparison.report.profiles import (
     TARGETS,
     Curve,
@@ -19,7 +19,9 @@ from ocp_traj.comparison.report.profiles import (
     simulate_restarts,
     target_value,
 )
+from ocp_traj.pictures.bounds import TimeEntry, duration_entries, result_entries
 from ocp_traj.pictures.picture import LIMIT, Band, Line, Panel, Picture
+from ocp_traj.references.registry import all_references
 
 MEASURES = {"evaluations": "evaluations", "seconds": "seconds (build and solve)"}
 SOLVED = 0.01
@@ -28,7 +30,7 @@ SOLVED = 0.01
 _GRID = 80
 
 
-def convergence_picture(judgement: Judgement, problem: Problem) -> Picture:
+def convergence_picture(judgement: Judgement, problem: ComparedProblem) -> Picture:
     """Return the best verified objective so far over evaluations and seconds: median and quartiles."""
     panels = tuple(_convergence_panel(judgement, problem, measure) for measure in MEASURES)
     caption = (
@@ -41,7 +43,7 @@ def convergence_picture(judgement: Judgement, problem: Problem) -> Picture:
     )
 
 
-def _convergence_panel(judgement: Judgement, problem: Problem, measure: str) -> Panel:
+def _convergence_panel(judgement: Judgement, problem: ComparedProblem, measure: str) -> Panel:
     lines, bands, ends = [], [], []
     for place, solver in enumerate(judgement.solvers):
         group = judgement.group(problem, solver)
@@ -179,6 +181,27 @@ def data_picture(judgement: Judgement) -> Picture:
         "number of variables any solver uses on the problem. A gradient solver's evaluation includes derivatives."
     )
     return Picture("data", "Data profile", caption, (panel,), columns=2)
+
+
+def problem_entries(judgement: Judgement, problem: ComparedProblem) -> list[TimeEntry]:
+    """Return what a comparison knows of one problem's duration: references, and the shortest of every solver.
+
+    Of a reference's paths the shortest is shown.
+    """
+    durations = {
+        solver: float(group.durations().min())
+        for solver in judgement.solvers
+        if (group := judgement.group(problem, solver)) is not None
+    }
+    entries = []
+    for reference in all_references():
+        known = problem.known(reference)
+        paths = [part for part in known if part not in reference.parts]
+        best = min(paths, key=lambda part: known[part], default=None)
+        entries += duration_entries(
+            reference, {part: known[part] for part in known if part in reference.parts or part == best}
+        )
+    return entries + result_entries(durations)
 
 
 def _step_panel(title: str, x: str, y: str, judgement: Judgement, curves: list[Curve]) -> Panel:

@@ -46,7 +46,7 @@ class Fold:
 
 
 @dataclass(frozen=True)
-class Section:
+class ReportSection:
     """A heading with what belongs to it, in this order."""
 
     anchor: str
@@ -64,7 +64,7 @@ class Document:
     title: str
     subtitle: str
     story: tuple[str, ...]
-    sections: tuple[Section, ...]
+    sections: tuple[ReportSection, ...]
 
 
 def text(value: str, tone: str = "") -> Cell:

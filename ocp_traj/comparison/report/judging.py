@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -20,14 +20,15 @@ from ocp_traj.comparison.report.statistics import (
     friedman,
     median,
 )
-from ocp_traj.comparison.runs.store import Row
+from ocp_traj.comparison.runs.store import StoredRun
+from ocp_traj.references.reference import Reference
 
 CASES_AS_BLOCKS = 6
 """From this many problems on, tests are over problems (medians), not over single runs."""
 
 
 @dataclass(frozen=True)
-class Problem:
+class ComparedProblem:
     """A case under one setting, with what is known about its answer.
 
     Parameters
@@ -36,43 +37,65 @@ class Problem:
         What makes runs comparable.
     name, label
         The case's name, and that with the budget where the comparison has several.
-    toppra
-        Best TOPP-RA duration over its paths, s.
-    lower_bound, estimate
-        Certified and estimated shortest duration under velocity and acceleration limits, s.
     best
         Best audited objective of any run here.
+    references
+        Durations by reference and part, s; those that were found.
     missing_references
         Which references could not be computed, and why.
-    jerk_estimate
-        Estimated shortest duration with bounded jerk too, s; a local optimum.
     """
 
     digest: str
     settings_digest: str
     name: str
     label: str
-    toppra: float | None
-    toppra_path: str
-    lower_bound: float | None
-    estimate: float | None
     best: float | None
+    references: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     missing_references: tuple[str, ...] = ()
-    jerk_estimate: float | None = None
 
     @property
     def key(self) -> tuple[str, str]:
         """What rows are grouped by."""
         return (self.digest, self.settings_digest)
 
+    def known(self, reference: Reference) -> Mapping[str, float]:
+        """Return the durations of a reference by part, s."""
+        return self.references.get(reference.name, {})
+
+    def best_of(self, reference: Reference) -> float | None:
+        """Return the duration of a reference that results are compared with, s."""
+        part = reference.best(self.known(reference))
+        return None if part is None else self.known(reference)[part]
+
+    @property
+    def toppra(self) -> float | None:
+        """Best TOPP-RA duration over its paths, s."""
+        return min(self.references.get("toppra", {}).values(), default=None)
+
+    @property
+    def toppra_path(self) -> str:
+        """The path of that duration."""
+        timings = self.references.get("toppra", {})
+        return min(timings, key=lambda name: timings[name], default="")
+
+    @property
+    def lower_bound(self) -> float | None:
+        """Certified shortest duration under velocity and acceleration limits, s."""
+        return self.references.get("kinematic_bound", {}).get("lower")
+
+    @property
+    def estimate(self) -> float | None:
+        """Estimate of the same, s: a local optimum."""
+        return self.references.get("kinematic_bound", {}).get("estimate")
+
 
 @dataclass(frozen=True)
 class Group:
     """All runs of one solver on one problem."""
 
-    problem: Problem
+    problem: ComparedProblem
     solver: str
-    rows: tuple[Row, ...]
+    rows: tuple[StoredRun, ...]
     courses: tuple[Course, ...]
 
     @property
@@ -91,7 +114,7 @@ class Group:
         return Counter(describe_failure(row) for row in self.rows if not row.record.feasible)
 
     @property
-    def best(self) -> Row | None:
+    def best(self) -> StoredRun | None:
         """The feasible run of the best objective (the first seed among equals)."""
         feasible = [row for row in self.rows if row.record.feasible]
         return min(feasible, key=lambda row: (objective_of(row), row.seed_index), default=None)
@@ -129,7 +152,7 @@ class Judgement:
         (blocks, solvers) objective over the best of the problem, infinite where failed.
     """
 
-    problems: tuple[Problem, ...]
+    problems: tuple[ComparedProblem, ...]
     solvers: tuple[str, ...]
     groups: Mapping[tuple[tuple[str, str], str], Group]
     ranks: Friedman
@@ -137,7 +160,7 @@ class Judgement:
     block_kind: str
     ratios: Array
 
-    def group(self, problem: Problem, solver: str) -> Group | None:
+    def group(self, problem: ComparedProblem, solver: str) -> Group | None:
         """Return the runs of a solver on a problem, or None when there are none yet."""
         return self.groups.get((problem.key, solver))
 
@@ -150,7 +173,7 @@ class Judgement:
         ]
 
 
-def objective_of(row: Row) -> float:
+def objective_of(row: StoredRun) -> float:
     """Return a run's objective, infinite where the audit refuses its answer."""
     return _or_infinite(row.record.objective) if row.record.feasible else np.inf
 
@@ -159,7 +182,7 @@ def _or_infinite(value: float | None) -> float:
     return np.inf if value is None else float(value)
 
 
-def describe_failure(row: Row) -> str:
+def describe_failure(row: StoredRun) -> str:
     """Return in a few words why a run did not succeed."""
     record = row.record
     if record.reason:
@@ -170,7 +193,7 @@ def describe_failure(row: Row) -> str:
     return f"{said} {record.worst['limit']} at {_or_infinite(record.worst['ratio']):.4g} of its limit"
 
 
-def judge(rows: Sequence[Row], cases: Mapping[str, Mapping[str, Any]]) -> Judgement:
+def judge(rows: Sequence[StoredRun], cases: Mapping[str, Mapping[str, Any]]) -> Judgement:
     """Judge stored runs.
 
     Parameters
@@ -197,8 +220,10 @@ def _nan_last(value: float) -> float:
     return np.inf if np.isnan(value) else value
 
 
-def _problems(rows: Sequence[Row], cases: Mapping[str, Mapping[str, Any]]) -> tuple[Problem, ...]:
-    found: dict[tuple[str, str], Row] = {}
+def _problems(
+    rows: Sequence[StoredRun], cases: Mapping[str, Mapping[str, Any]]
+) -> tuple[ComparedProblem, ...]:
+    found: dict[tuple[str, str], StoredRun] = {}
     best: dict[tuple[str, str], float] = defaultdict(lambda: np.inf)
     settings: dict[str, set[str]] = defaultdict(set)
     for row in rows:
@@ -213,35 +238,33 @@ def _problems(rows: Sequence[Row], cases: Mapping[str, Mapping[str, Any]]) -> tu
     return tuple(sorted(problems, key=lambda problem: problem.label))
 
 
-def _problem(row: Row, case: Mapping[str, Any], best: float, several: bool) -> Problem:
+def _problem(row: StoredRun, case: Mapping[str, Any], best: float, several: bool) -> ComparedProblem:
     reference = case.get("reference") or {}
-    given = reference.get("toppra") or {}
-    timings = {name: value for name, value in given.items() if isinstance(value, (int, float))}
-    path = min(timings, key=lambda name: timings[name], default="")
-    bound = reference.get("kinematic_bound") or {}
+    known = {
+        name: {part: value for part, value in found.items() if isinstance(value, (int, float))}
+        for name, found in reference.items()
+    }
     budget = "own budget" if row.budget is None else f"{row.budget} evaluations"
     label = f"{row.case_name} ({budget})" if several else row.case_name
-    return Problem(
+    return ComparedProblem(
         row.case_digest,
         row.settings_digest,
         row.case_name,
         label,
-        timings.get(path),
-        path,
-        bound.get("lower"),
-        bound.get("estimate"),
         best if np.isfinite(best) else None,
+        known,
         tuple(
             f"{part.replace('_', ' ')}: {found['failed']}"
             for part, found in reference.items()
             if "failed" in found
         ),
-        (reference.get("jerk_estimate") or {}).get("estimate"),
     )
 
 
-def _groups(rows: Sequence[Row], problems: Sequence[Problem]) -> dict[tuple[tuple[str, str], str], Group]:
-    collected: dict[tuple[tuple[str, str], str], list[Row]] = defaultdict(list)
+def _groups(
+    rows: Sequence[StoredRun], problems: Sequence[ComparedProblem]
+) -> dict[tuple[tuple[str, str], str], Group]:
+    collected: dict[tuple[tuple[str, str], str], list[StoredRun]] = defaultdict(list)
     for row in rows:
         collected[(row.case_digest, row.settings_digest), row.solver].append(row)
     known = {problem.key: problem for problem in problems}
@@ -251,7 +274,7 @@ def _groups(rows: Sequence[Row], problems: Sequence[Problem]) -> dict[tuple[tupl
     }
 
 
-def _courses(rows: Sequence[Row]) -> tuple[Course, ...]:
+def _courses(rows: Sequence[StoredRun]) -> tuple[Course, ...]:
     """Return the courses; a run that died is taken to have spent what the longest of its siblings did."""
     told = [row.record.evaluations for row in rows if row.record.evaluations is not None]
     assumed = max([*told, *(row.budget for row in rows if row.budget is not None)], default=1)
@@ -259,7 +282,9 @@ def _courses(rows: Sequence[Row]) -> tuple[Course, ...]:
 
 
 def _blocks(
-    problems: Sequence[Problem], solvers: Sequence[str], groups: Mapping[tuple[tuple[str, str], str], Group]
+    problems: Sequence[ComparedProblem],
+    solvers: Sequence[str],
+    groups: Mapping[tuple[tuple[str, str], str], Group],
 ) -> tuple[Array, str]:
     """Return objective ratios (blocks, solvers); blocks that miss a solver are left out, being unfinished."""
     if len(problems) >= CASES_AS_BLOCKS:
@@ -279,7 +304,7 @@ def _blocks(
     return np.array(blocks).reshape(len(blocks), len(solvers)), "runs"
 
 
-def _ratio(problem: Problem, objective: float) -> float:
+def _ratio(problem: ComparedProblem, objective: float) -> float:
     if problem.best is None:
         return np.inf
     return objective / problem.best if problem.best > 0 else 1.0 + objective - problem.best

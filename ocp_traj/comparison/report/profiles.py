@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.comparison.runs.store import Row
+from ocp_traj.comparison.runs.store import StoredRun
 
 TARGETS = (0.1, 0.03, 0.01, 0.003, 0.001)
 """Relative distances above the best known value of a problem."""
@@ -48,7 +48,7 @@ class Course:
         return self.spent_evaluations if measure == "evaluations" else self.spent_seconds
 
 
-def course_of(row: Row, assumed_evaluations: float) -> Course:
+def course_of(row: StoredRun, assumed_evaluations: float) -> Course:
     """Return the course of a stored run.
 
     Parameters
@@ -71,7 +71,7 @@ def course_of(row: Row, assumed_evaluations: float) -> Course:
     return Course(evaluations, np.append(points[1] + build, seconds), cost, spent, seconds)
 
 
-def _feasible_points(row: Row) -> Array:
+def _feasible_points(row: StoredRun) -> Array:
     """Return evaluations, seconds and cost (3, k) of the feasible entries of a history.
 
     Costs below the audited objective are lifted to it: the last bit is not what a target asks for.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,14 +12,16 @@ from ocp_traj.comparison.report.comparison_pictures import (
     convergence_picture,
     data_picture,
     performance_picture,
+    problem_entries,
     runtime_picture,
 )
-from ocp_traj.comparison.report.document import Document, Fold, Section, to_markdown
-from ocp_traj.comparison.report.judging import Judgement, Problem, judge, objective_of
+from ocp_traj.comparison.report.document import Document, Fold, ReportSection, to_markdown
+from ocp_traj.comparison.report.judging import ComparedProblem, Judgement, judge, objective_of
 from ocp_traj.comparison.report.story import LIMITATIONS, describe_machine, tell_story
-from ocp_traj.comparison.runs.store import Row, Store
+from ocp_traj.comparison.runs.store import Store, StoredRun
 from ocp_traj.exceptions import InputError, OcpTrajError
-from ocp_traj.pictures.bounds import bounds_picture, problem_entries
+from ocp_traj.files import write_atomically
+from ocp_traj.pictures.bounds import bounds_picture
 from ocp_traj.pictures.motion import motion_picture, path_picture, power_picture
 from ocp_traj.pictures.picture import Picture
 from ocp_traj.pictures.svg import draw_picture
@@ -38,10 +39,10 @@ TEMPLATES = Path(__file__).parent / "templates"
 
 
 @dataclass(frozen=True)
-class Motion:
+class ShownMotion:
     """The best motion of one solver on one problem, with the task it answers."""
 
-    problem: Problem
+    problem: ComparedProblem
     solver: str
     task: TrajectoryTask
     trajectory: Trajectory
@@ -78,19 +79,18 @@ def write_report(folder: Path) -> ReportFiles:
 
 
 def _replace(path: Path, content: str) -> None:
-    temporary = path.with_name(path.name + ".part")
     try:
-        try:
-            temporary.write_text(content, encoding="utf-8")
-            os.replace(temporary, path)
-        finally:
-            temporary.unlink(missing_ok=True)
+        write_atomically(path, content)
     except OSError as error:
         raise InputError(f"cannot write {path}: {error.strerror or error}") from None
 
 
 def build_document(
-    store: Store, rows: Sequence[Row], judgement: Judgement, motions: Sequence[Motion], untold: Sequence[str]
+    store: Store,
+    rows: Sequence[StoredRun],
+    judgement: Judgement,
+    motions: Sequence[ShownMotion],
+    untold: Sequence[str],
 ) -> Document:
     """Return everything the report says."""
     plans = store.plans()
@@ -103,14 +103,16 @@ def build_document(
     )
     sections = [
         *(_findings(judgement, motions, untold) if judgement.groups else []),
-        Section("runs", "Single runs", folds=(Fold("All runs", tables=(tables.run_table(rows),)),)),
-        Section("machine", "Machine and versions", (describe_machine(environment), *_plan_text(plans))),
-        Section("limitations", "Limitations", LIMITATIONS),
+        ReportSection("runs", "Single runs", folds=(Fold("All runs", tables=(tables.run_table(rows),)),)),
+        ReportSection("machine", "Machine and versions", (describe_machine(environment), *_plan_text(plans))),
+        ReportSection("limitations", "Limitations", LIMITATIONS),
     ]
     return Document("Trajectory solvers compared", subtitle, tuple(story), tuple(sections))
 
 
-def _findings(judgement: Judgement, motions: Sequence[Motion], untold: Sequence[str]) -> list[Section]:
+def _findings(
+    judgement: Judgement, motions: Sequence[ShownMotion], untold: Sequence[str]
+) -> list[ReportSection]:
     return [
         _results(judgement),
         _tests(judgement),
@@ -120,13 +122,13 @@ def _findings(judgement: Judgement, motions: Sequence[Motion], untold: Sequence[
     ]
 
 
-def _results(judgement: Judgement) -> Section:
+def _results(judgement: Judgement) -> ReportSection:
     gone = [
         f"{problem.label} has no {reason}"
         for problem in judgement.problems
         for reason in problem.missing_references
     ]
-    return Section(
+    return ReportSection(
         "results",
         "Results",
         tuple(gone),
@@ -146,16 +148,16 @@ def _bound_folds(judgement: Judgement) -> Iterator[Fold]:
             yield Fold(f"How far from the best: {problem.label}", (bounds_picture(entries, problem.label),))
 
 
-def _tests(judgement: Judgement) -> Section:
+def _tests(judgement: Judgement) -> ReportSection:
     ranks = judgement.ranks
     said = ""
     if ranks.p is not None:
         said = f"Friedman: statistic {ranks.statistic:.4g} over {ranks.blocks} blocks, p = {ranks.p:.3g}."
     found = (tables.pair_table(judgement),) if judgement.pairs else ()
-    return Section("tests", "How sure is the order?", (said,) if said else (), found)
+    return ReportSection("tests", "How sure is the order?", (said,) if said else (), found)
 
 
-def _costs(judgement: Judgement) -> Section:
+def _costs(judgement: Judgement) -> ReportSection:
     solved = [problem for problem in judgement.problems if problem.best is not None]
     drawn = solved[:CONVERGENCE_SHOWN]
     folds = tuple(Fold(problem.label, (convergence_picture(judgement, problem),)) for problem in drawn)
@@ -163,7 +165,7 @@ def _costs(judgement: Judgement) -> Section:
     note = (
         (f"Convergence is drawn for the first {len(drawn)} problems, not for {more} more.",) if more else ()
     )
-    return Section(
+    return ReportSection(
         "costs",
         "Cost of the answers",
         note,
@@ -177,10 +179,10 @@ def _costs(judgement: Judgement) -> Section:
     )
 
 
-def _audit(judgement: Judgement) -> Section:
+def _audit(judgement: Judgement) -> ReportSection:
     failures = tables.failure_table(judgement)
     found = (tables.audit_table(judgement), *((failures,) if failures else ()))
-    return Section("audit", "Audit", tables=found)
+    return ReportSection("audit", "Audit", tables=found)
 
 
 def _plan_text(plans: Sequence[tuple[Any, Mapping[str, Any]]]) -> Iterator[str]:
@@ -198,11 +200,11 @@ def _plan_text(plans: Sequence[tuple[Any, Mapping[str, Any]]]) -> Iterator[str]:
         )
 
 
-def _best_motions(store: Store, judgement: Judgement) -> tuple[list[Motion], list[str]]:
+def _best_motions(store: Store, judgement: Judgement) -> tuple[list[ShownMotion], list[str]]:
     """Return the best motion of every solver on every problem, and why some are not shown."""
     from ocp_traj.trajectory_files import from_json
 
-    motions: list[Motion] = []
+    motions: list[ShownMotion] = []
     untold: list[str] = []
     cases = store.cases()
     for problem in judgement.problems:
@@ -229,11 +231,11 @@ def _best_motions(store: Store, judgement: Judgement) -> tuple[list[Motion], lis
                 untold.append(f"{problem.label}, {solver}: not drawn, because its motion is lost ({error}).")
                 continue
             if motion is not None:
-                motions.append(Motion(problem, solver, task, motion))
+                motions.append(ShownMotion(problem, solver, task, motion))
     return motions, untold
 
 
-def _load(choice: Mapping[str, Any], problem: Problem, untold: list[str]) -> TrajectoryTask | None:
+def _load(choice: Mapping[str, Any], problem: ComparedProblem, untold: list[str]) -> TrajectoryTask | None:
     from ocp_traj.case import load_case, task_digest
 
     try:
@@ -247,7 +249,7 @@ def _load(choice: Mapping[str, Any], problem: Problem, untold: list[str]) -> Tra
     return task
 
 
-def _motion_sections(motions: Sequence[Motion], untold: Sequence[str]) -> list[Section]:
+def _motion_sections(motions: Sequence[ShownMotion], untold: Sequence[str]) -> list[ReportSection]:
     folds = []
     for place, motion in enumerate(motions):
         first = place == 0 or motions[place - 1].problem != motion.problem
@@ -260,10 +262,10 @@ def _motion_sections(motions: Sequence[Motion], untold: Sequence[str]) -> list[S
         drawn = tuple(make(motion.task, motion.trajectory) for make in makers)
         title = f"{motion.problem.label}, {motion.solver}: {duration}{' (best)' if first else ''}"
         folds.append(Fold(title, drawn))
-    sections = [Section("motions", "Best motions", tuple(untold), folds=tuple(folds))]
+    sections = [ReportSection("motions", "Best motions", tuple(untold), folds=tuple(folds))]
     if any(motion.task.robot is not None for motion in motions):
         words = "The robot along the best motion of each problem. Drag to turn, scroll or pinch to zoom."
-        sections.append(Section("robot", "The robot moving", (words,)))
+        sections.append(ReportSection("robot", "The robot moving", (words,)))
     return sections
 
 
@@ -271,9 +273,9 @@ def _limits_picture(task: TrajectoryTask, trajectory: Trajectory) -> Picture:
     return motion_picture(task, trajectory, relative=True)
 
 
-def _scenes(motions: Sequence[Motion]) -> list[Scene]:
+def _scenes(motions: Sequence[ShownMotion]) -> list[Scene]:
     """Return the best motion of every problem that has a robot."""
-    best: dict[tuple[str, str], Motion] = {}
+    best: dict[tuple[str, str], ShownMotion] = {}
     for motion in motions:
         if motion.task.robot is not None:
             best.setdefault(motion.problem.key, motion)
@@ -283,7 +285,7 @@ def _scenes(motions: Sequence[Motion]) -> list[Scene]:
     ]
 
 
-def render_html(document: Document, motions: Sequence[Motion] = ()) -> str:
+def render_html(document: Document, motions: Sequence[ShownMotion] = ()) -> str:
     """Return the report as one page that needs nothing else."""
     from jinja2 import Environment, FileSystemLoader
     from markupsafe import Markup

@@ -9,10 +9,18 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.comparison.report.document import Cell, Table, count, format_number, number, text
-from ocp_traj.comparison.report.judging import Group, Judgement, Problem, describe_failure, median_interval
+from ocp_traj.comparison.report.judging import (
+    ComparedProblem,
+    Group,
+    Judgement,
+    describe_failure,
+    median_interval,
+)
 from ocp_traj.comparison.report.profiles import best_at, expected_running_time, target_value
 from ocp_traj.comparison.report.statistics import Interval, describe_superiority, median
-from ocp_traj.comparison.runs.store import Row
+from ocp_traj.comparison.runs.store import StoredRun
+from ocp_traj.references.reference import ESTIMATED, PROVED, TIMED, Reference
+from ocp_traj.references.registry import all_references
 
 RUNS_SHOWN = 500
 SHOWN_TARGETS = (0.1, 0.01, 0.001)
@@ -60,9 +68,9 @@ def solver_table(judgement: Judgement) -> Table:
 
 def result_table(judgement: Judgement) -> Table:
     """Return one row a problem and solver."""
-    with_jerk = _any_jerk(judgement)
+    shown = _shown_references(judgement)
     rows = [
-        _result_row(group, with_jerk)
+        _result_row(group, shown)
         for problem in judgement.problems
         for solver in judgement.solvers
         if (group := judgement.group(problem, solver)) is not None
@@ -75,9 +83,7 @@ def result_table(judgement: Judgement) -> Table:
         "best objective",
         "gap, %",
         "duration, s",
-        "/ TOPP-RA",
-        "/ bound",
-        *(("/ jerk estimate",) if with_jerk else ()),
+        *(f"/ {reference.title}" for reference in shown),
         "energy, J",
         "evaluations",
         "build, s",
@@ -85,21 +91,32 @@ def result_table(judgement: Judgement) -> Table:
     )
     note = (
         "Medians over seeds with bootstrap intervals; with few seeds an interval is hardly more than the "
-        "range. Gap: median above the best objective any run here reached. TOPP-RA: the best of its paths. "
-        "Bound: certified kinematic bound, or its estimate where there is no certificate (marked ~)."
-        + (" Jerk estimate: a local optimum with bounded jerk, no bound." if with_jerk else "")
+        "range. Gap: median above the best objective any run here reached."
     )
+    note = " ".join([note, *(reference.note for reference in shown if reference.note)])
     return Table("Every solver on every problem", columns, tuple(rows), note, words=2)
 
 
-def _any_jerk(judgement: Judgement) -> bool:
-    return any(problem.jerk_estimate is not None for problem in judgement.problems)
+def _shown_references(judgement: Judgement) -> list[Reference]:
+    """Return the references of which some problem has a duration."""
+    return [
+        reference
+        for reference in all_references()
+        if any(problem.known(reference) for problem in judgement.problems)
+    ]
 
 
-def _result_row(group: Group, with_jerk: bool) -> tuple[Cell, ...]:
+def _ratio_cell(group: Group, reference: Reference) -> Cell:
+    """Return a duration over a reference's; marked where the reference proves bounds and here only estimates one."""
+    part = reference.best(group.problem.known(reference))
+    estimated = part is not None and reference.kind_of(part) == ESTIMATED
+    proves = any(kind == PROVED for kind, _ in reference.parts.values())
+    ratio = _median(_ratios(group, group.problem.best_of(reference)))
+    return number(ratio, 4, suffix=" ~" if estimated and proves else "")
+
+
+def _result_row(group: Group, shown: Sequence[Reference]) -> tuple[Cell, ...]:
     problem = group.problem
-    jerk = (number(_median(_ratios(group, problem.jerk_estimate)), 4),) if with_jerk else ()
-    bound, mark = (problem.lower_bound, "") if problem.lower_bound is not None else (problem.estimate, " ~")
     interval = median_interval(group.objectives(), f"{problem.label}/{group.solver}")
     return (
         text(problem.label),
@@ -109,9 +126,7 @@ def _result_row(group: Group, with_jerk: bool) -> tuple[Cell, ...]:
         number(float(group.objectives().min()), 6),
         number(_median(_gaps(group)), 3),
         number(_median(group.durations()), 6),
-        number(_median(_ratios(group, problem.toppra)), 4),
-        number(_median(_ratios(group, bound)), 4, suffix=mark),
-        *jerk,
+        *(_ratio_cell(group, reference) for reference in shown),
         number(_median(group.values("energy")), 4),
         count(_median(group.values("evaluations"))),
         number(_median(group.values("build_time")), 3),
@@ -239,7 +254,7 @@ def budget_table(judgement: Judgement) -> Table:
     return Table("Fixed budget: gap after so many evaluations", columns, tuple(rows), note, words=2)
 
 
-def _gaps_at(group: Group, problem: Problem, budgets: Array) -> Array:
+def _gaps_at(group: Group, problem: ComparedProblem, budgets: Array) -> Array:
     """Return the gap, in % of the best known value, of every run after each budget (runs, budgets)."""
     best = problem.best or 0.0
     costs = np.array([best_at(course, budgets, "evaluations") for course in group.courses])
@@ -271,28 +286,37 @@ def pair_table(judgement: Judgement) -> Table:
 
 def reference_table(judgement: Judgement) -> Table:
     """Return the references of every problem."""
-    with_jerk = _any_jerk(judgement)
+    shown = _shown_references(judgement)
+    columns = [(reference, part) for reference in shown for part in (*reference.parts, TIMED)]
+    columns = [
+        (reference, part)
+        for reference, part in columns
+        if any(_reference_cell(problem, reference, part).text != "–" for problem in judgement.problems)
+    ]
     rows = [
         (
             text(problem.label),
-            number(problem.lower_bound, 6),
-            number(problem.estimate, 6),
-            *((number(problem.jerk_estimate, 6),) if with_jerk else ()),
-            number(problem.toppra, 6, suffix=f" ({problem.toppra_path})" if problem.toppra_path else ""),
+            *(_reference_cell(problem, reference, part) for reference, part in columns),
             number(problem.best, 6),
         )
         for problem in judgement.problems
     ]
-    columns = (
-        "problem",
-        "certified bound, s",
-        "estimated bound, s",
-        *(("estimate with bounded jerk, s",) if with_jerk else ()),
-        "TOPP-RA, s (path)",
-        "best objective here",
+    titles = (
+        f"{reference.title}, s (path)" if part == TIMED else f"{reference.describe(part)}, s"
+        for reference, part in columns
     )
     note = "The bounds know velocity and acceleration limits only; TOPP-RA follows a fixed path without jerk limit."
-    return Table("References", columns, tuple(rows), note)
+    return Table("References", ("problem", *titles, "best objective here"), tuple(rows), note)
+
+
+def _reference_cell(problem: ComparedProblem, reference: Reference, part: str) -> Cell:
+    """Return the duration of a reference's part; of its shortest path, and which, for `TIMED`."""
+    known = problem.known(reference)
+    if part != TIMED:
+        return number(known.get(part), 6)
+    paths = {name: seconds for name, seconds in known.items() if name not in reference.parts}
+    path = min(paths, key=lambda name: paths[name], default="")
+    return number(paths.get(path), 6, suffix=f" ({path})" if path else "")
 
 
 def audit_table(judgement: Judgement) -> Table:
@@ -312,7 +336,7 @@ def audit_table(judgement: Judgement) -> Table:
     return Table("Audit of the best run of each solver", columns, tuple(rows), note, words=4, wide=(6,))
 
 
-def _findings(row: Row) -> tuple[Cell, ...]:
+def _findings(row: StoredRun) -> tuple[Cell, ...]:
     record = row.record
     worst = record.worst
     joint = f", joint {worst['joint']}" if worst and worst.get("joint") else ""
@@ -346,7 +370,7 @@ def failure_table(judgement: Judgement) -> Table | None:
     )
 
 
-def run_table(rows: Sequence[Row]) -> Table:
+def run_table(rows: Sequence[StoredRun]) -> Table:
     """Return the single runs, as many as a page can bear."""
     shown = [
         (

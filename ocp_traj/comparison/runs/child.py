@@ -65,8 +65,7 @@ def _send(channel: BinaryIO, message: dict[str, Any]) -> None:
 def load_function(path: str) -> Callable[[dict[str, Any]], Any]:
     """Return the function named ``module:function``."""
     module, _, name = path.partition(":")
-    function: Callable[[dict[str, Any]], Any] = getattr(importlib.import_module(module), name)
-    return function
+    return getattr(importlib.import_module(module), name)
 
 
 class MemoryCap:

@@ -15,20 +15,17 @@ from ocp_traj.comparison.runs.plan import CaseChoice, Plan, RunSpec
 from ocp_traj.comparison.runs.record import RunRecord
 from ocp_traj.comparison.runs.store import Store, missing
 from ocp_traj.exceptions import InputError
+from ocp_traj.references.registry import all_references
 
 REFERENCE_SECONDS = 60.0
 """Time each of a case's references may take in a comparison."""
 
-REFERENCE_RUNNERS = {
-    "toppra": "ocp_traj.comparison.runs.runner:time_paths",
-    "kinematic_bound": "ocp_traj.comparison.runs.runner:bound_duration",
-    "jerk_estimate": "ocp_traj.comparison.runs.runner:estimate_with_jerk",
-}
-"""What computes each part of a case's references."""
+REFERENCE_RUNNER = "ocp_traj.comparison.runs.runner:find_reference"
+"""What computes a reference of a case."""
 
 
 @dataclass(frozen=True)
-class Progress:
+class ComparisonProgress:
     """Told after every finished run: how many of how many, and which."""
 
     finished: int
@@ -51,7 +48,7 @@ def compare(
     folder: Path,
     jobs: int = 1,
     dask: str | None = None,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Callable[[ComparisonProgress], None] | None = None,
     identify: Callable[[CaseChoice], tuple[str, str]] = identify_case,
 ) -> None:
     """Execute the runs of `plan` that `folder` does not hold yet.
@@ -82,13 +79,13 @@ def compare(
             store.add_case(spec)
         todo = missing(store, specs)
         report = progress or _say_nothing
-        report(Progress(len(specs) - len(todo), len(specs), None, None))
+        report(ComparisonProgress(len(specs) - len(todo), len(specs), None, None))
         for finished, (spec, record) in enumerate(_run_all(store, plan, todo, specs, jobs, dask), start=1):
             store.add_run(spec, record, number)
-            report(Progress(len(specs) - len(todo) + finished, len(specs), spec, record))
+            report(ComparisonProgress(len(specs) - len(todo) + finished, len(specs), spec, record))
 
 
-def _say_nothing(_: Progress) -> None:
+def _say_nothing(_: ComparisonProgress) -> None:
     pass
 
 
@@ -113,7 +110,7 @@ def _missing_references(store: Store, specs: tuple[RunSpec, ...]) -> list[tuple[
     first = {spec.case_digest: spec for spec in reversed(specs)}
     return [
         (spec, part)
-        for part in REFERENCE_RUNNERS
+        for part in (reference.name for reference in all_references() if reference.compared)
         for digest, spec in first.items()
         if "failed" in (known[digest]["reference"] or {}).get(part, {"failed": "never tried"})
     ]
@@ -122,7 +119,8 @@ def _missing_references(store: Store, specs: tuple[RunSpec, ...]) -> list[tuple[
 def _reference_request(spec: RunSpec, part: str) -> dict[str, Any]:
     return {
         "kind": "reference",
-        "runner": REFERENCE_RUNNERS[part],
+        "runner": REFERENCE_RUNNER,
+        "reference": part,
         "case": spec.case,
         "overrides": spec.overrides,
         "time_limit": REFERENCE_SECONDS,
@@ -132,8 +130,7 @@ def _reference_request(spec: RunSpec, part: str) -> dict[str, Any]:
 
 def _reference(answer: dict[str, Any]) -> dict[str, Any]:
     if answer.get("state") == "done":
-        found: dict[str, Any] = answer["answer"]
-        return found
+        return answer["answer"]
     return {"failed": f"{answer.get('reason')}: {answer.get('message')}"}
 
 

@@ -53,10 +53,9 @@ def _execute_on_loky(requests: Sequence[Request], jobs: int) -> Iterator[tuple[i
     parallel = Parallel(
         n_jobs=jobs, backend="loky", return_as="generator_unordered", batch_size=1, pre_dispatch="2*n_jobs"
     )
-    answers: Iterator[tuple[int, Answer]] = parallel(
+    return parallel(
         delayed(_run_placed)(place, request) for place, request in enumerate(requests)
     )
-    return answers
 
 
 def _execute_on_dask(requests: Sequence[Request], address: str) -> Iterator[tuple[int, Answer]]:

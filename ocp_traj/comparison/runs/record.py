@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any
+
+from ocp_traj.files import finite
 
 
 @dataclass(frozen=True)
@@ -15,7 +16,8 @@ class RunRecord:
     Parameters
     ----------
     status, message
-        The contract's word, and the solver's own sentence or the reason of the failure.
+        How the run ended (a word of `metaheuristics.Status`), and the solver's own sentence or the reason of the
+        failure.
     reason
         Empty for a run that came to its end; else ``time limit``, ``memory limit``, ``crash`` or ``error``.
     claimed
@@ -39,7 +41,7 @@ class RunRecord:
     history
         Lists ``evaluations``, ``cost``, ``violation``, ``seconds``, equally long.
     trajectory
-        The exact curve as in the contract's section 4.
+        The exact curve, as `ocp_traj.trajectory_files.to_json` returns it.
     """
 
     status: str
@@ -71,8 +73,7 @@ class RunRecord:
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON values, every number finite or None."""
-        values: dict[str, Any] = finite(asdict(self))
-        return values
+        return finite(asdict(self))
 
     @classmethod
     def from_json(cls, values: Mapping[str, Any]) -> RunRecord:
@@ -82,14 +83,3 @@ class RunRecord:
         if unknown:
             raise ValueError(f"record has unknown field {unknown[0]!r}")
         return cls(**{**values, "findings": tuple(values.get("findings", ()))})
-
-
-def finite(value: Any) -> Any:
-    """Return the same nested value with every infinite or undefined number replaced by None."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Mapping):
-        return {key: finite(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [finite(entry) for entry in value]
-    return value

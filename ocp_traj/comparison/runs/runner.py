@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ocp_traj.comparison.runs.record import finite
+from ocp_traj.files import finite
 
 HISTORY_POINTS = 256
 """At most this many points of a convergence history are kept."""
@@ -51,9 +51,9 @@ def pack_result(result: Any) -> dict[str, Any]:
         "message": result.message,
         "claimed": claims_success(solution),
         "feasible": verdict is not None and bool(verdict.feasible),
-        "objective": _number(result.objective),
-        "duration": _number(result.duration),
-        "energy": _number(result.energy),
+        "objective": finite(result.objective),
+        "duration": finite(result.duration),
+        "energy": finite(result.energy),
         "dimension": int(np.size(solution.x)) or None,
         "evaluations": int(solution.evaluations),
         "build_time": float(solution.build_time),
@@ -75,12 +75,7 @@ def pack_result(result: Any) -> dict[str, Any]:
             "status": "failed",
             "message": f"objective is no number; {result.message}",
         }
-    packed: dict[str, Any] = finite(answer)
-    return packed
-
-
-def _number(value: float | None) -> float | None:
-    return None if value is None or not np.isfinite(value) else float(value)
+    return finite(answer)
 
 
 def claims_success(solution: Any) -> bool:
@@ -113,35 +108,12 @@ def thin_history(history: Any) -> dict[str, list[float]]:
     }
 
 
-def time_paths(request: Mapping[str, Any]) -> dict[str, Any]:
-    """Compute a case's TOPP-RA durations along its fixed paths, by path."""
+def find_reference(request: Mapping[str, Any]) -> dict[str, Any]:
+    """Compute one reference of a case: its durations by part, none where it does not apply."""
     from ocp_traj.case import load_case
-    from ocp_traj.references import toppra_reference
+    from ocp_traj.references import ReferenceRequest
+    from ocp_traj.references.registry import reference_named
 
     task = load_case(request["case"], request["overrides"])
-    found: dict[str, Any] = finite(
-        {path: toppra_reference(task, path).duration for path in ("uniform", "chord")}
-    )
-    return found
-
-
-def estimate_with_jerk(request: Mapping[str, Any]) -> dict[str, Any]:
-    """Estimate a case's shortest duration with bounded jerk; nothing where it has no jerk limit, or ends that move."""
-    from ocp_traj.case import load_case
-    from ocp_traj.references import jerk_estimate
-
-    task = load_case(request["case"], request["overrides"])
-    if not task.limited("jerk") or np.any(task.boundary.velocity):
-        return {}
-    found: dict[str, Any] = finite({"estimate": jerk_estimate(task).estimate})
-    return found
-
-
-def bound_duration(request: Mapping[str, Any]) -> dict[str, Any]:
-    """Compute a case's kinematic bound: ``lower`` is certified, ``estimate`` the same problem solved locally."""
-    from ocp_traj.case import load_case
-    from ocp_traj.references import kinematic_bound
-
-    bound = kinematic_bound(load_case(request["case"], request["overrides"]), time_limit=BOUND_SECONDS)
-    found: dict[str, Any] = finite({"lower": bound.lower, "estimate": bound.estimate})
-    return found
+    wanted = ReferenceRequest(task, time_limit=BOUND_SECONDS, brief=True)
+    return finite(reference_named(request["reference"]).find(wanted).seconds)

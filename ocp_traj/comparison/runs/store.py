@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import json
-import os
 import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
 from ocp_traj.comparison.runs.plan import Plan, RunSpec
-from ocp_traj.comparison.runs.record import RunRecord, finite
+from ocp_traj.comparison.runs.record import RunRecord
 from ocp_traj.comparison.runs.stored_values import (
+    COLUMNS,
     check_columns,
     load_choice,
     load_history,
@@ -23,25 +23,17 @@ from ocp_traj.comparison.runs.stored_values import (
     load_texts,
 )
 from ocp_traj.exceptions import InputError, UnavailableError
+from ocp_traj.files import finite, write_atomically
 
 FILE_NAME = "results.sqlite"
 
-_VERSION_1 = """
+_VERSION_1 = f"""
 CREATE TABLE plans (
     id INTEGER PRIMARY KEY, created TEXT NOT NULL, plan TEXT NOT NULL, environment TEXT NOT NULL
 );
 CREATE TABLE cases (digest TEXT PRIMARY KEY, name TEXT NOT NULL, choice TEXT NOT NULL, reference TEXT);
 CREATE TABLE runs (
-    case_digest TEXT NOT NULL, solver TEXT NOT NULL, settings_digest TEXT NOT NULL, seed INTEGER NOT NULL,
-    case_name TEXT NOT NULL, seed_index INTEGER NOT NULL,
-    budget INTEGER, time_limit REAL, memory_limit INTEGER,
-    status TEXT NOT NULL, reason TEXT NOT NULL, message TEXT NOT NULL,
-    claimed INTEGER NOT NULL, feasible INTEGER NOT NULL, objective REAL, duration REAL, energy REAL,
-    worst_limit TEXT, worst_joint INTEGER, worst_time REAL, worst_ratio REAL,
-    waypoint_error REAL, smallest_feasible_scale REAL, findings TEXT NOT NULL,
-    dimension INTEGER, evaluations INTEGER,
-    build_time REAL, solve_time REAL, wall_time REAL, peak_memory INTEGER,
-    trajectory TEXT, plan INTEGER NOT NULL REFERENCES plans (id), finished TEXT NOT NULL,
+    {", ".join(f"{name} {kind}" for name, kind in COLUMNS.items())},
     PRIMARY KEY (case_digest, solver, settings_digest, seed)
 ) WITHOUT ROWID;
 """
@@ -71,10 +63,11 @@ MIGRATIONS = (_VERSION_1, _VERSION_2, _VERSION_3)
 _KEY = ("case_digest", "solver", "settings_digest", "seed")
 _KEEP_FIRST = f"ON CONFLICT ({', '.join(_KEY)}) DO NOTHING"
 _HISTORY = ("evaluations", "cost", "violation", "seconds")
+_WORST = ("limit", "joint", "time", "ratio")
 
 
 @dataclass(frozen=True)
-class Row:
+class StoredRun:
     """One stored run: where it came from, what came out, and the file of its trajectory."""
 
     case_digest: str
@@ -300,18 +293,13 @@ class Store:
         )
         name = f"{safe[:80]}-{spec.seed}-{spec.case_digest[:6]}{spec.settings_digest[:6]}.spline.json"
         path = self.folder / "trajectories" / name
-        temporary = path.with_suffix(".part")
         try:
-            try:
-                temporary.write_text(json.dumps(trajectory))
-                os.replace(temporary, path)
-            finally:
-                temporary.unlink(missing_ok=True)
+            write_atomically(path, json.dumps(trajectory))
         except OSError as error:
             raise InputError(f"cannot write {path}: {error.strerror or error}") from None
         return name
 
-    def rows(self, histories: bool = True) -> list[Row]:
+    def rows(self, histories: bool = True) -> list[StoredRun]:
         """Return every run, ordered by case, solver, settings and seed."""
         parts = "".join(f", h.{part} AS h_{part}" for part in _HISTORY)
         query = (
@@ -325,7 +313,7 @@ class Store:
             )
             return [_row(entry, histories) for entry in found]
 
-    def trajectory(self, row: Row) -> dict[str, Any] | None:
+    def trajectory(self, row: StoredRun) -> dict[str, Any] | None:
         """Return the exact curve of a run, or None when it has none.
 
         Raises
@@ -362,50 +350,40 @@ class Store:
 
 def _columns(spec: RunSpec, record: RunRecord, trajectory: str | None, plan: int) -> dict[str, Any]:
     worst = record.worst or {}
-    return {
-        "case_digest": spec.case_digest, "solver": spec.solver, "settings_digest": spec.settings_digest,
-        "seed": spec.seed, "case_name": spec.case_name, "seed_index": spec.seed_index, "budget": spec.budget,
-        "time_limit": spec.time_limit, "memory_limit": spec.memory_limit, "status": record.status,
-        "reason": record.reason, "message": record.message, "claimed": int(record.claimed),
-        "feasible": int(record.feasible), "objective": record.objective, "duration": record.duration,
-        "energy": record.energy, "worst_limit": worst.get("limit"), "worst_joint": worst.get("joint"),
-        "worst_time": worst.get("time"), "worst_ratio": worst.get("ratio"),
-        "waypoint_error": record.waypoint_error,
-        "smallest_feasible_scale": record.smallest_feasible_scale, "findings": json.dumps(record.findings),
-        "dimension": record.dimension, "evaluations": record.evaluations, "build_time": record.build_time,
-        "solve_time": record.solve_time, "wall_time": record.wall_time, "peak_memory": record.peak_memory,
-        "trajectory": trajectory, "plan": plan, "finished": _now(),
-    }  # fmt: skip
+    values = {
+        **vars(spec),
+        **vars(record),
+        **{f"worst_{part}": worst.get(part) for part in _WORST},
+        "settings_digest": spec.settings_digest,
+        "findings": json.dumps(record.findings),
+        "trajectory": trajectory,
+        "plan": plan,
+        "finished": _now(),
+    }
+    return {name: values[name] for name in COLUMNS}
 
 
-_PLAIN = (
-    "status", "message", "reason", "objective", "duration", "energy", "waypoint_error", "smallest_feasible_scale",
-    "dimension", "evaluations", "build_time", "solve_time", "wall_time", "peak_memory",
-)  # fmt: skip
-
-
-def _row(entry: sqlite3.Row, histories: bool) -> Row:
+def _row(entry: sqlite3.Row, histories: bool) -> StoredRun:
     check_columns(entry)
-    worst = None
+    values = {
+        **_columns_of(RunRecord, entry),
+        "claimed": bool(entry["claimed"]),
+        "feasible": bool(entry["feasible"]),
+        "findings": load_texts(entry["findings"]),
+        "trajectory": None,  # in a file of its own
+    }
     if entry["worst_limit"] is not None:
-        worst = {name: entry[f"worst_{name}"] for name in ("limit", "joint", "time", "ratio")}
-    history, details = {}, {}
+        values["worst"] = {part: entry[f"worst_{part}"] for part in _WORST}
     if histories and entry["h_cost"] is not None:
-        history = load_history({part: entry[f"h_{part}"] for part in _HISTORY})
-        details = load_object(entry["details"])
-    record = RunRecord(
-        **{name: entry[name] for name in _PLAIN},
-        claimed=bool(entry["claimed"]),
-        feasible=bool(entry["feasible"]),
-        worst=worst,
-        findings=load_texts(entry["findings"]),
-        history=history,
-        details=details,
-    )
-    return Row(
-        entry["case_digest"], entry["case_name"], entry["solver"], entry["settings_digest"], entry["seed"],
-        entry["seed_index"], entry["budget"], entry["time_limit"], record, entry["trajectory"], entry["plan"],
-    )  # fmt: skip
+        values["history"] = load_history({part: entry[f"h_{part}"] for part in _HISTORY})
+        values["details"] = load_object(entry["details"])
+    record = RunRecord(**values)
+    return StoredRun(**_columns_of(StoredRun, entry), record=record, trajectory_file=entry["trajectory"])
+
+
+def _columns_of(kind: type[RunRecord | StoredRun], entry: sqlite3.Row) -> dict[str, Any]:
+    """Return the fields of a class that are columns of a run."""
+    return {field.name: entry[field.name] for field in fields(kind) if field.name in COLUMNS}
 
 
 def _now() -> str:

@@ -7,33 +7,37 @@ import math
 import sqlite3
 from typing import Any
 
-TEXTS = (
-    "case_digest", "case_name", "solver", "settings_digest", "status", "reason", "message", "findings",
-)  # fmt: skip
-"""Columns of a run that always hold a text."""
+COLUMNS = {
+    "case_digest": "TEXT NOT NULL", "solver": "TEXT NOT NULL", "settings_digest": "TEXT NOT NULL",
+    "seed": "INTEGER NOT NULL", "case_name": "TEXT NOT NULL", "seed_index": "INTEGER NOT NULL",
+    "budget": "INTEGER", "time_limit": "REAL", "memory_limit": "INTEGER",
+    "status": "TEXT NOT NULL", "reason": "TEXT NOT NULL", "message": "TEXT NOT NULL",
+    "claimed": "INTEGER NOT NULL", "feasible": "INTEGER NOT NULL",
+    "objective": "REAL", "duration": "REAL", "energy": "REAL",
+    "worst_limit": "TEXT", "worst_joint": "INTEGER", "worst_time": "REAL", "worst_ratio": "REAL",
+    "waypoint_error": "REAL", "smallest_feasible_scale": "REAL", "findings": "TEXT NOT NULL",
+    "dimension": "INTEGER", "evaluations": "INTEGER",
+    "build_time": "REAL", "solve_time": "REAL", "wall_time": "REAL", "peak_memory": "INTEGER",
+    "trajectory": "TEXT", "plan": "INTEGER NOT NULL REFERENCES plans (id)", "finished": "TEXT NOT NULL",
+}  # fmt: skip
+"""Columns of a stored run and what each holds, in the words of SQLite.
 
-NUMBERS = (
-    "objective", "duration", "energy", "worst_joint", "worst_time", "worst_ratio", "waypoint_error",
-    "smallest_feasible_scale", "dimension", "evaluations", "build_time", "solve_time", "wall_time",
-    "peak_memory", "budget", "time_limit",
-)  # fmt: skip
-"""Columns of a run that hold a finite number or nothing."""
+Version 1 of the schema; a later column belongs to a step of its own, and not into the table of version 1.
+"""
 
 
 def check_columns(entry: sqlite3.Row) -> None:
     """Raise ValueError where a column of a run holds another kind of value than was ever written to it."""
-    for name in TEXTS:
-        if not isinstance(entry[name], str):
-            raise ValueError(f"{name} holds {entry[name]!r}, expected a text")
-    for name in NUMBERS:
-        if not _is_number(entry[name]):
-            raise ValueError(f"{name} holds {entry[name]!r}, expected a finite number or nothing")
-    for name in ("seed", "seed_index"):
-        if not isinstance(entry[name], int):
-            raise ValueError(f"{name} holds {entry[name]!r}, expected a whole number")
-    for name in ("worst_limit", "trajectory"):
-        if not (entry[name] is None or isinstance(entry[name], str)):
-            raise ValueError(f"{name} holds {entry[name]!r}, expected a text or nothing")
+    for name, kind in COLUMNS.items():
+        value, required = entry[name], "NOT NULL" in kind
+        if kind.startswith("TEXT"):
+            fits, expected = isinstance(value, str), "a text"
+        elif required:
+            fits, expected = isinstance(value, int), "a whole number"
+        else:
+            fits, expected = _is_number(value), "a finite number"
+        if not (fits or (value is None and not required)):
+            raise ValueError(f"{name} holds {value!r}, expected {expected}{'' if required else ' or nothing'}")
 
 
 def load_history(texts: dict[str, str]) -> dict[str, list[float | None]]:
@@ -81,9 +85,9 @@ def load_reference(text: str | None) -> dict[str, Any] | None:
     for part, values in found.items():
         if not isinstance(values, dict):
             raise ValueError(f"reference {part} is no table")
-        for name in ("lower", "estimate"):
-            if not _is_number(values.get(name)):
-                raise ValueError(f"reference {part}: {name} is {values[name]!r}, expected a number or null")
+        for name, value in values.items():
+            if name != "failed" and not _is_number(value):
+                raise ValueError(f"reference {part}: {name} is {value!r}, expected a number or null")
     return found
 
 

@@ -56,13 +56,12 @@ def fanuc_robot() -> Robot:
         path = Path(folder) / "m10id8l.urdf"
         path.write_text(_urdf(), encoding="utf-8")
         robot = robot_from_urdf(path, tool="flange", name="fanuc-m10id8l")
-    return replace(robot, torque_limits=np.array([[-np.inf] * 6, [np.inf] * 6]), description=None)
+    return replace(robot, torque_limits=np.array([[-np.inf] * 6, [np.inf] * 6]), source=None)
 
 
 def to_fanuc(q: Array) -> Array:
     """Return FANUC's joint positions (..., 6) from paper D's DH angles (..., 6), rad."""
-    positions: Array = OFFSETS + SIGNS * q
-    return positions
+    return OFFSETS + SIGNS * q
 
 
 def with_inertia(task: TrajectoryTask) -> TrajectoryTask:

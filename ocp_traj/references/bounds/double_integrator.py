@@ -109,10 +109,9 @@ def feasible(limits: JointLimits, shortest: Array, longest: Array) -> BoolArray:
         )  # the row is lost, numbers stay finite
         possible &= alive.all(axis=1)
     slack = PADDING * (limits.fastest[-1] + limits.slowest[-1])
-    kept: BoolArray = possible & ((low <= limits.end[1] + slack) & (high >= limits.end[0] - slack)).all(
+    return possible & ((low <= limits.end[1] + slack) & (high >= limits.end[0] - slack)).all(
         axis=1
     )
-    return kept
 
 
 def _cross_gap(
@@ -144,8 +143,7 @@ def _can_stay_behind(far: Array, low: Array, slowest: Array, down: Array, ends: 
     for h in ends:
         braked = np.minimum(h, braking_time)
         least = np.minimum(least, low * braked - 0.5 * down * braked**2 - slowest * (h - braked))
-    behind: BoolArray = least <= far + 1e-14 * (1.0 + np.abs(far))
-    return behind
+    return least <= far + 1e-14 * (1.0 + np.abs(far))
 
 
 def _highest_velocity(

@@ -112,10 +112,10 @@ def _torque_rows(task: TrajectoryTask, grid: PathGrid) -> tuple[Array, ...]:
     q = np.stack([grid.q[:-1], grid.q[1:]], axis=1).reshape(-1, task.n)
     tangent, curvature = grid.tangent.reshape(q.shape), grid.curvature.reshape(q.shape)
     nothing = np.zeros_like(q)
-    gravity = robot.torque_batch(q, nothing, nothing)
+    gravity = robot.batch.torque(q, nothing, nothing)
     friction = robot.friction.viscous * tangent + robot.friction.coulomb * np.sign(tangent)
-    by_u = robot.torque_batch(q, nothing, tangent) - gravity
-    by_x = robot.torque_batch(q, tangent, curvature) - gravity - friction
+    by_u = robot.batch.torque(q, nothing, tangent) - gravity
+    by_x = robot.batch.torque(q, tangent, curvature) - gravity - friction
     direction = np.repeat(np.sign(grid.middle_tangent)[:, None, :], 2, axis=1)  # no reversal inside a cell
     constant = gravity.reshape(shape) + robot.friction.coulomb * direction
     lower, upper = _cell_limits(task, "torque", grid)
@@ -155,7 +155,7 @@ def _frame_velocities(task: TrajectoryTask, grid: PathGrid, frame: str) -> Array
     robot = task.robot
     assert robot is not None  # a frame's limit needs a robot
     q = np.stack([grid.q[:-1], grid.q[1:]], axis=1).reshape(-1, task.n)
-    function = robot.frame_velocity(frame)
+    function = robot.symbolic.velocity(frame)
     mapped = function.map(len(q))
     velocity = np.asarray(mapped(q.T, grid.tangent.reshape(q.shape).T), dtype=np.float64).T
     return np.asarray(velocity.reshape(len(grid.gaps), 2, 3))

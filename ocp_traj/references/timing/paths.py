@@ -108,7 +108,7 @@ def geometric_path(task: TrajectoryTask, path: str | Trajectory) -> GeometricPat
                 f"expected {task.n} and {len(task.waypoints)} as in the task"
             )
         middles = 0.5 * (path.breakpoints[1:] + path.breakpoints[:-1])
-        gaps = np.clip(np.searchsorted(path.waypoint_times, middles, side="right") - 1, 0, task.gaps - 1)
+        gaps = path.gap_at(middles)
         still = not (np.abs(path.derivative_coefficients(1)) > 0).any()
         return GeometricPath("spline", None if still else path, gaps, end_speeds)
     if path not in WAYPOINT_PATHS:

@@ -29,8 +29,7 @@ def nearest_turns(robot: Robot, q: Array, previous: Array) -> Array:
         moved = np.where(over, moved - turn * np.ceil((moved - upper - _LIMIT_SLACK) / _TURN), moved)
         moved = np.where(under, moved + turn * np.ceil((lower - _LIMIT_SLACK - moved) / _TURN), moved)
     outside = (moved > upper + _LIMIT_SLACK) | (moved < lower - _LIMIT_SLACK)
-    result: Array = np.where(outside, np.nan, np.clip(moved, lower, upper))
-    return result
+    return np.where(outside, np.nan, np.clip(moved, lower, upper))
 
 
 def nearest_branch(robot: Robot, branches: Array, previous: Array, weights: Array) -> int | None:

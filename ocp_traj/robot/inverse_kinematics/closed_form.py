@@ -61,8 +61,7 @@ class Branches:
     @property
     def exists(self) -> npt.NDArray[np.bool_]:
         """Whether each branch exists, (K, B) bool."""
-        present: npt.NDArray[np.bool_] = np.all(np.isfinite(self.margin), axis=-1)
-        return present
+        return np.all(np.isfinite(self.margin), axis=-1)
 
 
 class ClosedForm(InverseKinematics):
@@ -179,13 +178,11 @@ class ClosedForm(InverseKinematics):
         axis = self.w[1]
         upper, fore = self._across(self.p[2] - self.p[1]), self._across(carried - self.p[2])
         a, b = upper @ fore, upper @ np.cross(axis, fore)
-        sine: Array = np.sin(third - np.arctan2(b, a))
-        return sine
+        return np.sin(third - np.arctan2(b, a))
 
     def _across(self, vector: Array) -> Array:
         """Return the part of vectors (..., 3) across axis 2."""
-        part: Array = vector - (vector @ self.w[1])[..., None] * self.w[1]
-        return part
+        return vector - (vector @ self.w[1])[..., None] * self.w[1]
 
     def _carry(self, q: Array, point: Array, last: int) -> Array:
         """Return where joints 1 to `last` carry a point (3,), (K, 3)."""

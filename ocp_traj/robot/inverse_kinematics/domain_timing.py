@@ -137,5 +137,4 @@ def _nearest_path(inverse: ClosedForm, poses: Array, start: Array, weights: Arra
     chosen = [int(np.argmin(np.where(np.isnan(opening), np.inf, opening)))]
     for choices in following:
         chosen.append(choices[chosen[-1]])
-    path: Array = q[np.arange(len(q)), chosen]
-    return path
+    return q[np.arange(len(q)), chosen]

@@ -74,12 +74,11 @@ def rotate(axis: Array, angle: Array, vector: Array) -> Array:
     """Return `vector` (..., 3) turned about the constant unit `axis` (3,) by `angle` (...)."""
     along = vector @ axis
     across = vector - along[..., None] * axis
-    turned: Array = (
+    return (
         along[..., None] * axis
         + np.cos(angle)[..., None] * across
         + np.sin(angle)[..., None] * np.cross(axis, across)
     )
-    return turned
 
 
 def angle_about(axis: Array, start: Array, end: Array) -> Array:
@@ -87,8 +86,7 @@ def angle_about(axis: Array, start: Array, end: Array) -> Array:
     first = start - (start @ axis)[..., None] * axis
     second = end - (end @ axis)[..., None] * axis
     sine = np.sum(np.cross(first, second) * axis, axis=-1)
-    angle: Array = np.arctan2(sine, np.sum(first * second, axis=-1))
-    return angle
+    return np.arctan2(sine, np.sum(first * second, axis=-1))
 
 
 def solve_trigonometric(a: Array, b: Array, c: Array, sign: Array) -> tuple[Array, Array]:
@@ -113,5 +111,4 @@ def solve_trigonometric(a: Array, b: Array, c: Array, sign: Array) -> tuple[Arra
 
 def wrap(angle: Array) -> Array:
     """Return angles in (-pi, pi]."""
-    wrapped: Array = angle - 2.0 * np.pi * np.ceil((angle - np.pi) / (2.0 * np.pi))
-    return wrapped
+    return angle - 2.0 * np.pi * np.ceil((angle - np.pi) / (2.0 * np.pi))

@@ -35,8 +35,7 @@ def domain_of(inverse: ClosedForm, q: Array) -> Array:
             f"start position {np.asarray(q).tolist()} is singular ({FACTORS[weakest]}: det J = 0), "
             "expected one inside a domain"
         )
-    signs: Array = np.sign(factors)
-    return signs
+    return np.sign(factors)
 
 
 def follow_domain(inverse: ClosedForm, poses: Array, start: Array) -> Array:

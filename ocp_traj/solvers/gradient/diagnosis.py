@@ -93,8 +93,7 @@ def _least_torque(task: TrajectoryTask, side: int, gap: int) -> Array:
     assert task.robot is not None
     q, v = task.waypoints[[side]], np.asarray(task.boundary.velocity)[[side]]
     if task.boundary.acceleration is not None:
-        given: Array = task.robot.torque(q, v, np.asarray(task.boundary.acceleration)[[side]])[0]
-        return given
+        return task.robot.torque(q, v, np.asarray(task.boundary.acceleration)[[side]])[0]
     still = task.robot.torque(q, v, np.zeros_like(q))[0]
     inertia = np.stack([task.robot.torque(q, v, unit[None])[0] - still for unit in np.eye(task.n)], axis=1)
     lower, upper = task.limits.get("torque")[gap]
@@ -109,8 +108,7 @@ def _least_torque(task: TrajectoryTask, side: int, gap: int) -> Array:
     found = linprog(cost, rows[finite], room[finite], bounds=[*acceleration, (0.0, None)])
     if not found.success:  # every torque can be reached, by the solver's own tolerance
         return np.asarray(np.clip(still, lower, upper), dtype=np.float64)
-    torque: Array = still + inertia @ found.x[:-1]
-    return torque
+    return still + inertia @ found.x[:-1]
 
 
 def _too_fast(task: TrajectoryTask) -> str:

@@ -132,8 +132,7 @@ def _broken(nlp: LiftedNlp, x: Array, rows: Any, bounds: Any) -> Array:
     value = np.concatenate([g[rows], x[bounds]])
     upper = np.concatenate([nlp.g_upper[rows], nlp.upper[bounds]])
     lower = np.concatenate([nlp.g_lower[rows], nlp.lower[bounds]])
-    broken: Array = np.maximum(np.concatenate([value - upper, lower - value]), 0.0)
-    return broken
+    return np.maximum(np.concatenate([value - upper, lower - value]), 0.0)
 
 
 def soft_rows(nlp: LiftedNlp) -> Any:

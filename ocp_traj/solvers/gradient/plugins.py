@@ -215,8 +215,7 @@ def _solve_probe(name: str, plugin: Plugin) -> dict[str, Any]:
     options = {"print_time": False, "error_on_fail": False, **plugin.options(stage)}
     solver = ca.nlpsol("probe", name, problem, options)
     solver(x0=0.1, lbx=-10.0, ubx=10.0, lbg=0.1, ubg=0.1)
-    stats: dict[str, Any] = solver.stats()
-    return stats
+    return solver.stats()
 
 
 def readable_reason(message: str) -> str:

@@ -123,8 +123,7 @@ class _Motion:
         coefficients = self.trajectory.derivative_coefficients(order)[segment]
         local = fraction * np.diff(self.trajectory.breakpoints)[segment]
         powers = local[:, None] ** np.arange(coefficients.shape[2])
-        values: Array = np.einsum("Np,Nnp->Nn", powers, coefficients)
-        return values
+        return np.einsum("Np,Nnp->Nn", powers, coefficients)
 
 
 def segment_gaps(trajectory: Trajectory) -> Any:
@@ -136,8 +135,7 @@ def segment_gaps(trajectory: Trajectory) -> Any:
 
 def _excess(value: Array, bounds: Array, scales: Array) -> Array:
     """Return how far values (N, k) are over bounds (N, 2, k), relative to scales (N, k)."""
-    over: Array = np.maximum(value - bounds[:, 1], bounds[:, 0] - value) / scales
-    return over
+    return np.maximum(value - bounds[:, 1], bounds[:, 0] - value) / scales
 
 
 def _peaks(over: Excess, segments: int, search: PeakSearch) -> list[tuple[int, int, float]]:

@@ -70,8 +70,7 @@ def centripetal_durations(task: TrajectoryTask) -> Array:
     steps = np.diff(task.waypoints, axis=0) / np.where(travel > 0, travel, 1.0)
     roots = np.sqrt(np.linalg.norm(steps, axis=1))
     largest = float(roots.max()) or 1.0
-    result: Array = np.maximum(roots, 0.05 * largest) / largest
-    return result
+    return np.maximum(roots, 0.05 * largest) / largest
 
 
 def toppra_durations(task: TrajectoryTask) -> Array | None:

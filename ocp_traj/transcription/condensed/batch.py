@@ -75,8 +75,7 @@ class CurveBatch:
         if order == 1:
             return self.slopes
         factors = [falling(power, order) / power for power in range(order, self.degree + 1)]
-        result: Array = self.slopes[:, order - 1 :] * np.array(factors)[:, None, None]
-        return result
+        return self.slopes[:, order - 1 :] * np.array(factors)[:, None, None]
 
 
 def _combine(rows: Array, states: Array, out: Array | None = None) -> Array:

@@ -47,8 +47,7 @@ class Kinks:
         if self.damping is not None:
             inner += self.damping * root
         np.absolute(inner, out=inner)
-        value: Array = np.einsum("ip,ip->p", self.weight, inner)
-        return value
+        return np.einsum("ip,ip->p", self.weight, inner)
 
 
 @dataclass(frozen=True)
@@ -86,8 +85,7 @@ def cheapest_root(cost: SpeedCost, slowest: Array, fastest: Array) -> Array:
     root = np.sqrt(_bisect(cost, left, right, slope))
     ends = np.stack([slowest, np.clip(root, slowest, fastest), fastest])
     values = np.stack([cost.at(end) for end in ends])
-    chosen: Array = ends[values.argmin(axis=0), np.arange(len(root))]
-    return chosen
+    return ends[values.argmin(axis=0), np.arange(len(root))]
 
 
 def _bracket(cost: SpeedCost, left: Array, right: Array) -> tuple[Array, Array, Array]:
@@ -124,8 +122,7 @@ def _bisect(cost: SpeedCost, left: Array, right: Array, slope: Array) -> Array:
         middle = (left + right) / 2
         rising = cost.smooth_slope(middle) + slope > 0
         left, right = np.where(rising, left, middle), np.where(rising, middle, right)
-    result: Array = (left + right) / 2
-    return result
+    return (left + right) / 2
 
 
 def _search_from_grid(cost: SpeedCost, slowest: Array, fastest: Array) -> Array:
@@ -139,5 +136,4 @@ def _search_from_grid(cost: SpeedCost, slowest: Array, fastest: Array) -> Array:
         closer = cost.at(inner) < cost.at(outer)
         left, right = np.where(closer, left, inner), np.where(closer, outer, right)
     middle = (left + right) / 2
-    chosen: Array = np.where(cost.at(middle) < values[best, column], middle, grid[best, column])
-    return chosen
+    return np.where(cost.at(middle) < values[best, column], middle, grid[best, column])

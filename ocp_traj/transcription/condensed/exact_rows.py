@@ -55,8 +55,7 @@ def largest_ratio(curves: CurveBatch, order: int, block: LimitRows, floor: Array
     values = np.empty((*lower.shape[:1], 2, *curves.h.shape))
     _write_extremes(curves, order, block, exceeding, values)
     ratio = _ratio(values[:, 0], values[:, 1], upper, lower).max(axis=(0, 1))
-    result: Array = np.maximum(floor, ratio)
-    return result
+    return np.maximum(floor, ratio)
 
 
 def write_positions(curves: CurveBatch, block: LimitRows, out: Array) -> None:
@@ -129,5 +128,4 @@ def _ratio(largest: Array, smallest: Array, upper: Array, lower: Array) -> Array
     """Return the larger of largest / upper and smallest / lower; 0/0 counts as 0, `upper` and `lower` inverted."""
     with np.errstate(invalid="ignore"):
         ratio = np.maximum(largest * upper, smallest * lower)
-    result: Array = np.where(np.isnan(ratio), 0.0, ratio)
-    return result
+    return np.where(np.isnan(ratio), 0.0, ratio)

@@ -114,5 +114,4 @@ class LimitRows:
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.maximum(scaled / upper, scaled / lower)
         ratio[values == 0] = 0.0
-        result: Array = ratio.max(axis=axes)
-        return result
+        return ratio.max(axis=axes)

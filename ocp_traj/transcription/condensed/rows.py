@@ -134,8 +134,7 @@ class CondensedRows:
     def integrate(self, integrand: Array, h: Array) -> Array:
         """Integrate (N, S, p) over time with durations (S, p); returns (p,)."""
         segments = np.matmul(self.simpson, integrand.reshape(len(integrand), -1)).reshape(h.shape)
-        result: Array = (segments * h).sum(axis=0)
-        return result
+        return (segments * h).sum(axis=0)
 
     def squared_integral(self, term: SquaredDerivative, curves: CurveBatch) -> Array:
         """Return the weighted integral of a squared derivative, exact by Gauss-Legendre, (p,)."""

@@ -82,7 +82,7 @@ class Samples:
         own = (points - 1) * segments * p + p
         tau = self.buffers.take(name, self.shape)
         columns = [values.reshape(n, -1)[:, :own] for values in (self.motion(0), v, a)]
-        robot.torque_columns(columns[0], columns[1], columns[2], tau.reshape(n, -1)[:, :own])
+        robot.batch.torque_columns(columns[0], columns[1], columns[2], tau.reshape(n, -1)[:, :own])
         tau[:, -1, 1:] = tau[:, 0, :-1]
         return tau
 

@@ -190,8 +190,7 @@ def _first_root(moving: Array, room: Array) -> Array:
     """Return the r where |moving| r^2 reaches `room` >= 0; never where nothing moves."""
     with np.errstate(divide="ignore", invalid="ignore"):
         square = room / np.absolute(moving)
-    root: Array = np.sqrt(np.where(moving == 0, np.inf, square))
-    return root
+    return np.sqrt(np.where(moving == 0, np.inf, square))
 
 
 def _first_damped_root(moving: Array, damping: Array, room: Array) -> Array:
@@ -202,8 +201,7 @@ def _first_damped_root(moving: Array, damping: Array, room: Array) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         # Without room a force that first falls is back at its start at r = -damping / moving.
         root = np.where(bottom > 0, 2 * room / bottom, -damping / moving)
-    result: Array = np.where(reached, root, np.inf)
-    return result
+    return np.where(reached, root, np.inf)
 
 
 def _power_kinks(entry: InstantTerm, v: Array, parts: TorqueParts, weights: Array, smooth: Array) -> Kinks:

@@ -240,8 +240,7 @@ def _variables(layout: Layout, segment: IndexArray, fraction: Array, at_knot: bo
         else:
             parts.append(layout.state(column, joint, np.arange(layout.degree)[None, :]))
             parts.append(layout.state(column + 1, joint, layout.degree - 1))
-    joined: IndexArray = np.concatenate(parts, axis=1)
-    return joined
+    return np.concatenate(parts, axis=1)
 
 
 def _hashable(places: tuple[IndexArray, IndexArray]) -> Pattern:

@@ -169,5 +169,4 @@ def _values_along(motion: Trajectory, outer: Outer, at: Array) -> Array:
     breakpoints = np.asarray(motion.breakpoints)
     t = breakpoints[segment] + at[:, 1] * np.diff(breakpoints)[segment]
     u = np.concatenate([motion(t, order) for order in range(3)], axis=1).T
-    values: Array = np.array(outer.functions["value"].map(len(t))(u)).T
-    return values
+    return np.array(outer.functions["value"].map(len(t))(u)).T

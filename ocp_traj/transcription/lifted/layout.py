@@ -87,8 +87,7 @@ class Layout:
 
     def durations(self, x: Array) -> Array:
         """Return the durations of the segments, s."""
-        result: Array = x[: self.segments] * self.duration_scale
-        return result
+        return x[: self.segments] * self.duration_scale
 
     def positions(self, x: Array) -> Array:
         """Return the positions at the knots, (S + 1, n)."""

@@ -18,7 +18,7 @@ from ocp_traj.comparison.report.profiles import (
     simulate_restarts,
 )
 from ocp_traj.comparison.runs.record import RunRecord
-from ocp_traj.comparison.runs.store import Row
+from ocp_traj.comparison.runs.store import StoredRun
 
 INF = np.inf
 HISTORY: dict[str, Any] = {
@@ -29,7 +29,7 @@ HISTORY: dict[str, Any] = {
 }
 
 
-def row(**changes: Any) -> Row:
+def row(**changes: Any) -> StoredRun:
     values: dict[str, Any] = {
         "status": "converged",
         "claimed": True,
@@ -41,7 +41,7 @@ def row(**changes: Any) -> Row:
         "history": HISTORY,
         **changes,
     }
-    return Row("c", "case", "s", "d", 1, 0, None, None, RunRecord(**values), None, 1)
+    return StoredRun("c", "case", "s", "d", 1, 0, None, None, RunRecord(**values), None, 1)
 
 
 def test_a_course_counts_feasible_points_only_and_adds_the_build_time() -> None:

@@ -15,9 +15,9 @@ import pytest
 
 from helpers import comparison_fakes as fakes
 from helpers.processes import child_environment, ends, interrupt
-from ocp_traj.comparison.runs.compare import Progress, compare
+from ocp_traj.comparison.runs.compare import ComparisonProgress, compare
 from ocp_traj.comparison.runs.plan import CaseChoice, Plan
-from ocp_traj.comparison.runs.store import Row, Store
+from ocp_traj.comparison.runs.store import Store, StoredRun
 from ocp_traj.comparison.runs.supervisor import Supervisor
 from ocp_traj.exceptions import InputError, UnavailableError
 
@@ -27,13 +27,13 @@ def plan(solvers: tuple[str, ...], cases: tuple[str, ...] = ("one",), **changes:
     return Plan(tuple(CaseChoice(name) for name in cases), solvers, **settings)
 
 
-def rows_of(folder: Path) -> dict[str, Row]:
+def rows_of(folder: Path) -> dict[str, StoredRun]:
     with Store(folder) as store:
         return {row.solver: row for row in store.rows()}
 
 
 @pytest.fixture(scope="module")
-def misbehaved(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Row]:
+def misbehaved(tmp_path_factory: pytest.TempPathFactory) -> dict[str, StoredRun]:
     """Rows of one comparison of every misbehaving solver with good ones before, between and after."""
     folder = tmp_path_factory.mktemp("misbehaved")
     solvers = ("good", "loop", "segfault", "fine", "nan", "liar", "hungry", "raise", "exit", "last")
@@ -41,49 +41,49 @@ def misbehaved(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Row]:
     return rows_of(folder)
 
 
-def test_good_runs_between_bad_ones_are_kept(misbehaved: dict[str, Row]) -> None:
+def test_good_runs_between_bad_ones_are_kept(misbehaved: dict[str, StoredRun]) -> None:
     assert len(misbehaved) == 10
     for name in ("good", "fine", "last"):
         record = misbehaved[name].record
         assert record.feasible and record.status == "converged" and record.reason == ""
 
 
-def test_a_solver_stuck_in_native_code_is_killed_at_its_time_limit(misbehaved: dict[str, Row]) -> None:
+def test_a_solver_stuck_in_native_code_is_killed_at_its_time_limit(misbehaved: dict[str, StoredRun]) -> None:
     record = misbehaved["loop"].record
     assert (record.status, record.reason, record.feasible) == ("time_exhausted", "time limit", False)
     assert "killed after 5.55 s" in record.message
     assert record.wall_time is not None and record.wall_time >= 5.55
 
 
-def test_a_segmentation_fault_is_a_row_with_its_signal(misbehaved: dict[str, Row]) -> None:
+def test_a_segmentation_fault_is_a_row_with_its_signal(misbehaved: dict[str, StoredRun]) -> None:
     record = misbehaved["segfault"].record
     assert (record.status, record.reason, record.feasible) == ("failed", "crash", False)
     assert "SIGSEGV" in record.message
 
 
-def test_a_process_that_exits_is_a_crash_with_its_status(misbehaved: dict[str, Row]) -> None:
+def test_a_process_that_exits_is_a_crash_with_its_status(misbehaved: dict[str, StoredRun]) -> None:
     record = misbehaved["exit"].record
     assert (record.reason, "exit status 3" in record.message) == ("crash", True)
 
 
-def test_a_run_that_takes_too_much_memory_is_stopped(misbehaved: dict[str, Row]) -> None:
+def test_a_run_that_takes_too_much_memory_is_stopped(misbehaved: dict[str, StoredRun]) -> None:
     record = misbehaved["hungry"].record
     assert (record.status, record.reason) == ("failed", "memory limit")
 
 
-def test_an_exception_is_a_row_with_its_sentence(misbehaved: dict[str, Row]) -> None:
+def test_an_exception_is_a_row_with_its_sentence(misbehaved: dict[str, StoredRun]) -> None:
     record = misbehaved["raise"].record
     assert (record.status, record.reason) == ("failed", "error")
     assert "the solver's own bug" in record.message
 
 
-def test_not_a_number_is_a_failed_row_without_objective(misbehaved: dict[str, Row]) -> None:
+def test_not_a_number_is_a_failed_row_without_objective(misbehaved: dict[str, StoredRun]) -> None:
     record = misbehaved["nan"].record
     assert (record.status, record.objective, record.feasible) == ("failed", None, False)
 
 
 def test_a_lie_about_success_is_an_infeasible_row_with_a_wrong_return_code(
-    misbehaved: dict[str, Row],
+    misbehaved: dict[str, StoredRun],
 ) -> None:
     record = misbehaved["liar"].record
     assert record.claimed and not record.feasible and not record.return_code_correct
@@ -105,7 +105,7 @@ def test_an_idle_child_that_was_killed_is_replaced(tmp_path: Path) -> None:
 
 
 def test_finished_runs_are_not_repeated_and_new_ones_are_added(tmp_path: Path) -> None:
-    told: list[Progress] = []
+    told: list[ComparisonProgress] = []
     compare(plan(("good",), seeds=3), tmp_path, identify=fakes.identify)
     compare(plan(("good", "fine"), seeds=4), tmp_path, progress=told.append, identify=fakes.identify)
     assert (told[0].finished, told[0].total) == (3, 8)
@@ -142,9 +142,9 @@ def final_table(folder: Path) -> list[tuple[Any, ...]]:
 
 
 def test_two_comparisons_do_not_write_into_one_folder(tmp_path: Path) -> None:
-    refused: list[Progress] = []
+    refused: list[ComparisonProgress] = []
 
-    def start_another(progress: Progress) -> None:
+    def start_another(progress: ComparisonProgress) -> None:
         with pytest.raises(InputError, match="another comparison is writing"):
             compare(plan(("good",)), tmp_path, identify=fakes.identify)
         refused.append(progress)

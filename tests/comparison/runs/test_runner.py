@@ -13,12 +13,11 @@ import pytest
 from ocp_traj.comparison.runs.record import RunRecord
 from ocp_traj.comparison.runs.runner import (
     HISTORY_POINTS,
-    bound_duration,
     claims_success,
+    find_reference,
     pack_result,
     solve_case,
     thin_history,
-    time_paths,
 )
 
 CASE = """
@@ -122,6 +121,8 @@ def test_a_history_is_thinned_and_keeps_its_ends(count: int) -> None:
 
 
 def test_references_come_in_two_parts(request_for: dict[str, Any]) -> None:
-    paths, bound = time_paths(request_for), bound_duration(request_for)
+    paths, bound = (
+        find_reference({**request_for, "reference": name}) for name in ("toppra", "kinematic_bound")
+    )
     assert set(paths) == {"uniform", "chord"} and set(bound) == {"lower", "estimate"}
     assert bound["lower"] <= bound["estimate"] * (1 + 1e-6) <= min(paths.values()) * (1 + 1e-3)

@@ -113,7 +113,7 @@ def test_cartesian_speed_of_a_frame_is_kept(ur5: Robot) -> None:
     points = np.array([[0.0, -1.0, 1.0, 0, 0, 0], [1.5, -1.0, 1.0, 0, 0, 0]])
     limits = Limits(acceleration=50.0, cartesian_speed=(("tool0", 0.25),))
     result = toppra_reference(TrajectoryTask(points, limits, robot=ur5), "chord")
-    mapped = ur5.frame_velocity("tool0").map(len(result.q))
+    mapped = ur5.symbolic.velocity("tool0").map(len(result.q))
     speed = np.linalg.norm(np.asarray(mapped(result.q.T, result.v.T)), axis=0)
     assert speed.max() == pytest.approx(0.25, rel=1e-6)
     assert "speed of frame tool0" in result.active

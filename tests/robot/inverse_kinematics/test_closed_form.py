@@ -74,7 +74,7 @@ def random_positions(count: int, seed: int = 0) -> np.ndarray:
 
 
 def poses_of(robot: Robot, q: np.ndarray) -> np.ndarray:
-    forward = robot.forward_kinematics()
+    forward = robot.symbolic.pose()
     return np.array(forward(q.T)).reshape(4, len(q), 4).transpose(1, 0, 2)
 
 

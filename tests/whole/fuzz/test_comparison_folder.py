@@ -217,7 +217,7 @@ def test_what_cannot_be_written_is_named_and_leaves_no_part(
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("ocp_traj.comparison.report.report.os.replace", full)
+    monkeypatch.setattr("ocp_traj.files.os.replace", full)
     with pytest.raises(InputError, match=r"cannot write .*report.md: No space left"):
         write_report(folder)
     with (

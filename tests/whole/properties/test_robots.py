@@ -51,7 +51,7 @@ def check_time_scaling(seed: int, factor: float) -> None:
     slowed = robot.torque(*states(motion.scaled(factor), 201))
     size = np.abs(gravity).max() + np.abs(above).max() * max(1.0, factor**-2)
     np.testing.assert_allclose(slowed, gravity + above / factor**2, atol=1e-11 * size)
-    symbolic = np.array(robot.inverse_dynamics(q.T, v.T / factor, a.T / factor**2)).T
+    symbolic = np.array(robot.symbolic.inverse_dynamics(q.T, v.T / factor, a.T / factor**2)).T
     np.testing.assert_allclose(symbolic, slowed, atol=1e-10 * size)
     limits = torque_limits(robot, motion, 0.3)
     verdict = audit(task_of(robot, motion, torque=limits), motion.scaled(factor))

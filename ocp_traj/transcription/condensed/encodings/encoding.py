@@ -214,5 +214,4 @@ class Encoding(ABC):
             entry.write(samples, violation[start : start + size].reshape(*entry.block.shape, p))
             start += size
         violation[start:] = rest
-        result: Array = violation.T
-        return result
+        return violation.T

@@ -1,0 +1,47 @@
+"""What every writer of files needs: files that are never half written, numbers that JSON can hold."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+
+def write_atomically(path: Path, text: str) -> None:
+    r"""Write a file in one step, lines ending in ``\n``: a reader sees the old one or the new one, never a part.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    text : str
+
+    Raises
+    ------
+    OSError
+        The file cannot be written; the caller says which in its own words.
+    """
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def finite(value: Any) -> Any:
+    """Return the same nested value with every infinite or undefined number replaced by None, as JSON needs it.
+
+    Parameters
+    ----------
+    value : Any
+        Numbers, texts, None, and mappings and sequences of such.
+    """
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {key: finite(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [finite(entry) for entry in value]
+    return value
