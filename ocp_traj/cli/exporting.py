@@ -56,7 +56,8 @@ def export_file(
 
 
 def _export_comparison(folder: Path, kind: str, target: Path) -> None:
-    from ocp_traj.comparison.runs.store import Store, export_table
+    from ocp_traj.comparison.runs.store import Store
+    from ocp_traj.comparison.runs.table_files import export_table
 
     if kind not in ("csv", "parquet"):
         raise InputError(f"{folder} is a comparison, expected --format csv or parquet")

@@ -22,7 +22,7 @@ from ocp_traj.comparison.runs.stored_values import (
     load_reference,
     load_texts,
 )
-from ocp_traj.exceptions import InputError, UnavailableError
+from ocp_traj.exceptions import InputError
 from ocp_traj.files import finite, write_atomically
 
 FILE_NAME = "results.sqlite"
@@ -394,28 +394,3 @@ def missing(store: Store, specs: Iterable[RunSpec]) -> list[RunSpec]:
     """Return the runs that are not stored yet, in the plan's order."""
     done = store.finished()
     return [spec for spec in specs if spec.key not in done]
-
-
-def export_table(store: Store, path: Path, kind: str) -> None:
-    """Write all runs as one table; `kind` is ``csv`` or ``parquet``.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
-    UnavailableError
-        Parquet is asked for and pyarrow is not installed.
-    """
-    import pandas
-
-    columns, values = store.table()
-    frame = pandas.DataFrame.from_records(values, columns=columns)
-    try:
-        if kind == "csv":
-            frame.to_csv(path, index=False)
-        else:
-            frame.to_parquet(path, index=False)
-    except ImportError as error:
-        raise UnavailableError(f"Parquet needs the package pyarrow: {error}") from error
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror or error}") from None

@@ -11,7 +11,8 @@ import pytest
 from helpers import comparison_fakes as fakes
 from ocp_traj.comparison.runs.plan import CaseChoice, Plan
 from ocp_traj.comparison.runs.record import RunRecord
-from ocp_traj.comparison.runs.store import FILE_NAME, MIGRATIONS, Store, export_table, missing
+from ocp_traj.comparison.runs.store import FILE_NAME, MIGRATIONS, Store, missing
+from ocp_traj.comparison.runs.table_files import export_table
 from ocp_traj.exceptions import InputError
 
 PLAN = Plan((CaseChoice("one"),), ("a", "b"), seeds=2)
