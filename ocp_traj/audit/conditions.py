@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.audit.motion import ORDERS, Motion
-from ocp_traj.audit.verdict import BOUNDARY_TOLERANCE, DURATION_TOLERANCE, WAYPOINT_TOLERANCE
+from ocp_traj.audit.allowances import fractions_of, measures
+from ocp_traj.audit.motion import ORDERS, Motion, nearest_index
+from ocp_traj.audit.tolerances import BOUNDARY_TOLERANCE, DURATION_TOLERANCE, WAYPOINT_TOLERANCE
 from ocp_traj.task import TrajectoryTask
 
 
@@ -15,11 +16,11 @@ def waypoint_miss(task: TrajectoryTask, motion: Motion) -> tuple[float, list[str
 
     At a breakpoint both pieces are asked.
     """
-    first, last = motion.ends(0)
+    first, last = (high for high, _ in motion.ends(0))
     times = motion.trajectory.waypoint_times
     after = np.concatenate([first, last[-1:]])
     before = np.concatenate([first[:1], last])
-    index = np.abs(motion.trajectory.breakpoints[:, None] - times).argmin(axis=0)
+    index = nearest_index(motion.trajectory.breakpoints, times)
     distance = np.maximum(np.abs(after[index] - task.waypoints), np.abs(before[index] - task.waypoints))
     miss = np.maximum(distance - task.tolerance, 0.0)
     findings = []
@@ -35,23 +36,17 @@ def waypoint_miss(task: TrajectoryTask, motion: Motion) -> tuple[float, list[str
 def boundary_miss(task: TrajectoryTask, motion: Motion) -> tuple[float, list[str]]:
     """Return the largest miss of a boundary condition relative to its limit, and a sentence each one missed.
 
-    Without a limit (or with a limit of 0) the motion's largest value of that derivative is the measure. What
-    rounding the positions to doubles can make is taken off the miss.
+    Without a limit (or with a limit of 0) the motion's largest value of that derivative is the measure.
     """
     largest, findings = 0.0, []
     for order in (1, 2, 3):
         wanted: Array | None = getattr(task.boundary, ORDERS[order])
         if wanted is None:
             continue
-        first, last = motion.ends(order)
-        noise = motion.noise(order)
-        limits = task.limits.get(ORDERS[order])
+        first, last = (high for high, _ in motion.ends(order))
+        measure = measures(task, motion, order)
         for row, (name, given, piece) in enumerate((("start", first[0], 0), ("end", last[-1], -1))):
-            limit = np.abs(limits[piece]).min(axis=0)
-            measure = np.where(np.isfinite(limit) & (limit > 0), limit, motion.largest[order].max())
-            miss = np.maximum(np.abs(given - wanted[row]) - noise[piece], 0.0)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                relative = np.where(miss == 0, 0.0, miss / measure)
+            relative = fractions_of(np.abs(given - wanted[row]), measure[piece])
             joint = int(np.argmax(relative))
             largest = max(largest, float(relative[joint]))
             if not relative[joint] <= BOUNDARY_TOLERANCE:
@@ -90,4 +85,5 @@ def scale_bounds(task: TrajectoryTask, motion: Motion) -> tuple[float, float]:
     """Return the smallest and largest uniform slowing that the bounds on durations allow."""
     lengths = np.concatenate([[motion.trajectory.duration], motion.trajectory.segment_durations])
     bounds = np.concatenate([[task.objective.duration], np.asarray(task.objective.gap_durations)])
-    return float((bounds[:, 0] / lengths).max()), float((bounds[:, 1] / lengths).min())
+    lower, upper = (fractions_of(side, lengths) for side in bounds.T)
+    return float(lower.max()), float(np.where(lengths > 0, upper, np.inf).min())

@@ -10,7 +10,7 @@ import numpy as np
 
 from ocp_traj.audit.conditions import boundary_miss, duration_findings, waypoint_miss
 from ocp_traj.audit.curves import constraint_peaks, speed_peaks
-from ocp_traj.audit.kinematics import jumps, kinematic_peaks
+from ocp_traj.audit.kinematics import changes_of, jump_peaks, kinematic_peaks
 from ocp_traj.audit.motion import Motion
 from ocp_traj.audit.scale import smallest_scale
 from ocp_traj.audit.torque import TorqueCurve, relative_bound, torque_curve, torque_peaks, torque_rate_peaks
@@ -49,7 +49,8 @@ def audit(task: TrajectoryTask, trajectory: Trajectory) -> Verdict:
 
 
 def _judge(task: TrajectoryTask, motion: Motion) -> Verdict:
-    peaks = kinematic_peaks(task, motion) + jumps(task, motion)
+    changes = changes_of(task, motion)
+    peaks = kinematic_peaks(task, motion, changes) + jump_peaks(task, motion, changes)
     torques, findings = None, _out_of_range(motion)
     if task.limited("torque") or task.limited("torque_rate"):
         torques = torque_curve(task, motion)
@@ -74,7 +75,9 @@ def _judge(task: TrajectoryTask, motion: Motion) -> Verdict:
         peaks=tuple(peaks),
         waypoint_error=waypoint_error,
         boundary_error=boundary_error,
-        smallest_feasible_scale=None if findings else smallest_scale(task, motion, peaks, torques, feasible),
+        smallest_feasible_scale=None
+        if findings
+        else smallest_scale(task, motion, peaks, torques, feasible, changes.slowing),
         findings=tuple([str(peak) for peak in broken] + findings + late),
         torque_bound=0.0 if torques is None else relative_bound(task, torques),
         case=task.name,
@@ -96,10 +99,8 @@ def _largest(peaks: list[Extremum]) -> dict[str, Extremum]:
 
 def _out_of_range(motion: Motion) -> list[str]:
     """Return a sentence when some derivative of the motion is too large for floating-point numbers."""
-    finite = (
-        all(np.isfinite(values).all() for values in motion.extrema) and np.isfinite(motion.noise(3)).all()
-    )
-    return [] if finite else ["motion: its derivatives are too large to be judged in floating-point numbers"]
+    sentence = "motion: its derivatives are too large to be judged in floating-point numbers"
+    return [] if motion.is_in_range else [sentence]
 
 
 def _unresolved(task: TrajectoryTask, torques: TorqueCurve) -> list[str]:

@@ -32,6 +32,7 @@ def smallest_scale(
     peaks: list[Extremum],
     torques: TorqueCurve | None,
     feasible: bool,
+    smallest: float = 0.0,
 ) -> float | None:
     """Return the smallest s for which the motion run s times slower keeps every limit, or None.
 
@@ -50,6 +51,8 @@ def smallest_scale(
         None when neither torque nor torque rate is limited.
     feasible : bool
         The verdict at s = 1: it decides for motions that do not start and end at rest.
+    smallest : float
+        Slowing below which jumps of rounding's size are too large.
     """
     if not task.boundary.is_rest:
         return 1.0 if feasible else None
@@ -58,7 +61,7 @@ def smallest_scale(
         return None
     least, most = scale_bounds(task, motion)
     needed = [peak.ratio ** (1.0 / _POWER[peak.limit]) for peak in peaks if peak.limit in _POWER]
-    least = max([least, *needed])
+    least = max([least, smallest, *needed])
     scale: float | None = least
     if torques is not None:
         scale = _with_torques(task, torques, least, most)

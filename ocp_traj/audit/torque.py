@@ -10,6 +10,7 @@ from ocp_traj.arrays import Array
 from ocp_traj.audit import chebyshev
 from ocp_traj.audit.kinematics import side_ratios
 from ocp_traj.audit.motion import Motion
+from ocp_traj.audit.tolerances import POSITION_JUMPS
 from ocp_traj.audit.verdict import Extremum
 from ocp_traj.exceptions import InputError
 from ocp_traj.robot.robot import Robot
@@ -110,9 +111,14 @@ def torque_curve(task: TrajectoryTask, motion: Motion) -> TorqueCurve:
 
 
 def _directions(motion: Motion, pieces: chebyshev.Pieces, x: Array) -> Array:
-    """Return the sign of every velocity at one point of each piece, (S, n); 0 for a joint at rest."""
+    """Return the sign of every velocity at one point of each piece, (S, n); 0 for a joint at rest.
+
+    A joint rests in a piece where it is so slow that at this speed it would go no farther in the whole motion than
+    its position may jump.
+    """
     v = motion.sample(x[:, None], pieces, 1)[:, 0]
-    signs: Array = np.sign(v) * (np.abs(v) > motion.noise(1)[pieces])
+    moving = np.abs(motion.extrema[1]).max(axis=2) * motion.trajectory.duration > POSITION_JUMPS
+    signs: Array = np.sign(v) * moving[pieces]
     return signs
 
 

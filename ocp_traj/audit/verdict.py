@@ -6,17 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-RATIO_TOLERANCE = 1e-6
-"""A motion is feasible when every ratio is at most 1 plus this."""
-
-WAYPOINT_TOLERANCE = 1e-8
-"""A waypoint's box may be missed by this, rad or m."""
-
-BOUNDARY_TOLERANCE = 1e-8
-"""A boundary condition may be missed by this part of the limit, or of the motion's largest value."""
-
-DURATION_TOLERANCE = 1e-9
-"""A bound on a duration may be missed by this part of it."""
+from ocp_traj.audit.tolerances import RATIO_TOLERANCE
 
 _UNITS = {
     "position": "rad (m)",
