@@ -57,6 +57,24 @@ def boundary_miss(task: TrajectoryTask, motion: Motion) -> tuple[float, list[str
     return largest, findings
 
 
+def free_end_notes(task: TrajectoryTask, motion: Motion) -> list[str]:
+    """Return a sentence where the jerk is limited, but the acceleration jumps at an end of the motion.
+
+    The task leaves such an acceleration free: at that instant the jerk has no value that a limit could bound.
+    """
+    limited = np.isfinite(task.limits.get("jerk")).any(axis=(0, 1))
+    first, last = (high for high, _ in motion.ends(2))
+    allowed = BOUNDARY_TOLERANCE * measures(task, motion, 2)
+    ends = (("starts", np.abs(first[0]) > allowed[0]), ("ends", np.abs(last[-1]) > allowed[-1]))
+    where = [(name, np.flatnonzero(moving & limited) + 1) for name, moving in ends]
+    return [
+        f"the motion {name} with an acceleration other than 0 (joint {', '.join(map(str, joints))}): "
+        "the jerk at that instant is not limited"
+        for name, joints in where
+        if joints.size
+    ]
+
+
 def duration_findings(task: TrajectoryTask, motion: Motion) -> list[str]:
     """Return a sentence for each duration outside its bounds."""
     findings = []
@@ -75,6 +93,17 @@ def duration_findings(task: TrajectoryTask, motion: Motion) -> list[str]:
                 f"expected between {bounds[0]:.9g} and {bounds[1]:.9g} s"
             )
     return findings
+
+
+def moments_findings(task: TrajectoryTask, motion: Motion) -> list[str]:
+    """Return a sentence for every two waypoints that differ and are passed at the same time."""
+    same_time = np.diff(motion.trajectory.waypoint_times) == 0
+    differ = (task.waypoints[1:] != task.waypoints[:-1]).any(axis=1)
+    return [
+        f"waypoints {gap + 1} and {gap + 2} differ, but both are passed at "
+        f"{motion.trajectory.waypoint_times[gap]:.6g} s"
+        for gap in np.flatnonzero(same_time & differ)
+    ]
 
 
 def _within(value: float, lower: float, upper: float) -> bool:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocp_traj.audit.conditions import boundary_miss, duration_findings, waypoint_miss
+from ocp_traj.audit.conditions import boundary_miss, duration_findings, free_end_notes, moments_findings, waypoint_miss
 from ocp_traj.audit.curves import constraint_peaks, speed_peaks
 from ocp_traj.audit.kinematics import changes_of, jump_peaks, kinematic_peaks
 from ocp_traj.audit.motion import Motion
@@ -21,6 +21,7 @@ from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
 _UNRESOLVED = 1e-7
+_TIMES_NOTED = 8
 
 
 def audit(task: TrajectoryTask, trajectory: Trajectory) -> Verdict:
@@ -45,10 +46,12 @@ def audit(task: TrajectoryTask, trajectory: Trajectory) -> Verdict:
     if trajectory.n != task.n:
         raise InputError(f"the trajectory has {trajectory.n} joints, expected {task.n}")
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        return _judge(task, Motion.of(with_waypoint_times(task, trajectory)))
+        motion = Motion.of(with_waypoint_times(task, trajectory))
+        named = len(trajectory.waypoint_times) == len(task.waypoints)
+        return _judge(task, motion, [] if named else [_times_note(motion)])
 
 
-def _judge(task: TrajectoryTask, motion: Motion) -> Verdict:
+def _judge(task: TrajectoryTask, motion: Motion, notes: list[str]) -> Verdict:
     changes = changes_of(task, motion)
     peaks = kinematic_peaks(task, motion, changes) + jump_peaks(task, motion, changes)
     torques, findings = None, _out_of_range(motion)
@@ -62,7 +65,7 @@ def _judge(task: TrajectoryTask, motion: Motion) -> Verdict:
         findings += more_findings
     waypoint_error, waypoint_findings = waypoint_miss(task, motion)
     boundary_error, boundary_findings = boundary_miss(task, motion)
-    findings += waypoint_findings + boundary_findings
+    findings += waypoint_findings + boundary_findings + moments_findings(task, motion)
     late = duration_findings(task, motion)
     broken = [peak for peak in peaks if peak.broken]
     limits = _largest(peaks)
@@ -81,6 +84,16 @@ def _judge(task: TrajectoryTask, motion: Motion) -> Verdict:
         findings=tuple([str(peak) for peak in broken] + findings + late),
         torque_bound=0.0 if torques is None else relative_bound(task, torques),
         case=task.name,
+        notes=tuple(notes + free_end_notes(task, motion)),
+    )
+
+
+def _times_note(motion: Motion) -> str:
+    times = ", ".join(f"{time:.6g}" for time in motion.trajectory.waypoint_times[1:-1][:_TIMES_NOTED])
+    return (
+        "the trajectory does not name the times at which it passes the waypoints; they were taken where it comes "
+        f"nearest ({times}{', ...' if len(motion.trajectory.waypoint_times) - 2 > _TIMES_NOTED else ''} s), "
+        "and other times may keep limits of gaps or tolerances that these do not"
     )
 
 

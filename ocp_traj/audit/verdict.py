@@ -123,6 +123,8 @@ class Verdict:
         Bound on the error of the torques, as a part of the limits: what may hide between samples.
     case : str
         Name of the task.
+    notes : tuple of str
+        What the verdict does not cover or had to assume; no note makes a motion infeasible.
     """
 
     feasible: bool
@@ -136,6 +138,7 @@ class Verdict:
     findings: tuple[str, ...] = ()
     torque_bound: float = 0.0
     case: str = ""
+    notes: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return what ``ocp-traj audit --json`` writes; numbers are finite or null, joints count from 1."""
@@ -152,6 +155,7 @@ class Verdict:
             "torque_bound": _finite(self.torque_bound),
             "smallest_feasible_scale": None if scale is None else _finite(scale),
             "findings": list(self.findings),
+            "notes": list(self.notes),
         }
 
     def __str__(self) -> str:
@@ -169,6 +173,7 @@ class Verdict:
         else:
             lines.append(f"  smallest feasible uniform slowing: {self.smallest_feasible_scale:.9g}")
         lines.extend(f"  - {finding}" for finding in self.findings)
+        lines.extend(f"  note: {note}" for note in self.notes)
         return "\n".join(lines)
 
 
