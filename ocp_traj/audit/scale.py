@@ -22,6 +22,7 @@ _TOLERANCE = 1e-10
 _NODE_BASIS = np.cos(
     np.pi / chebyshev.DEGREE * np.outer(np.arange(chebyshev.DEGREE + 1), np.arange(chebyshev.DEGREE + 1))
 )
+_ROOTS_AT_ONCE = 64
 _SLOWEST_START = 1e-6
 _SLOWEST = 1e6
 
@@ -198,12 +199,31 @@ def _always_violated_beyond(polynomials: Array) -> float:
 
 
 def _largest_allowed(polynomials: list[Array], fastest: float, slowest: float) -> float | None:
-    """Return the largest x in [slowest, fastest] where no polynomial is above 0, or None."""
-    intervals = [_broken_intervals(block * fastest ** np.arange(block.shape[1])) for block in polynomials]
-    start, end = (np.concatenate(column) * fastest for column in zip(*intervals, strict=True))
-    x = fastest
-    while (inside := (start < x) & (x <= end)).any():
-        x = float(start[inside].min())
+    """Return the largest x in [slowest, fastest] where no polynomial is above 0, or None.
+
+    Going down from the fastest, only polynomials that are above 0 there are asked for their roots, the largest
+    ones first.
+    """
+    width = max(block.shape[1] for block in polynomials)
+    powers = np.arange(width)
+    padded = [np.pad(block, ((0, 0), (0, width - block.shape[1]))) for block in polynomials]
+    scaled = np.concatenate(padded) * fastest**powers
+    size = np.abs(scaled).sum(axis=1)
+    x, settled = 1.0, np.zeros(len(scaled), dtype=bool)
+    while True:
+        values = np.where(settled, 0.0, scaled @ x**powers)
+        above = np.flatnonzero(values > 0)
+        if not above.size:
+            break
+        chosen = above[np.argsort(-values[above] / size[above], kind="stable")[:_ROOTS_AT_ONCE]]
+        start, end = _broken_intervals(scaled[chosen])
+        inside = (start < x) & (x <= end)
+        if inside.any():
+            x = float(start[inside].min())
+            settled[:] = False
+        else:  # x is a root of these: what they have above 0 is rounding
+            settled[chosen] = True
+    x *= fastest
     return x if x > 0 and x >= slowest else None
 
 
