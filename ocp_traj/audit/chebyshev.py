@@ -111,9 +111,17 @@ def differentiate(coefficients: Array) -> Array:
 
 
 def fit(
-    function: Function, pieces: Pieces, left: Array, right: Array, tolerance: Tolerance
+    function: Function,
+    pieces: Pieces,
+    left: Array,
+    right: Array,
+    tolerance: Tolerance,
+    most: int | None = None,
 ) -> ChebyshevCurve:
     """Interpolate `function` on segments, halving them until the error bound meets the tolerance.
+
+    At most `most` segments are made (100 000 by default, at least twice those given); what is not resolved by
+    then is marked so.
 
     A segment is halved at most 30 times: what is left of a jump then is narrower than 1e-9 of its piece, and
     the values on both of its sides are known. A segment with values that are no finite numbers stays as it
@@ -123,6 +131,7 @@ def fit(
     whole, segments = right - left, pieces.size
     largest: Array | None = None
     count, resolved = 0, True
+    most = max(_MAX_SEGMENTS if most is None else most, 2 * segments)
     degree = LOW_DEGREE if pieces.size > _MANY else DEGREE
     while pieces.size:
         coefficients, error, magnitude = _interpolate(function, pieces, left, right, degree)
@@ -130,7 +139,7 @@ def fit(
         narrow = right - left <= whole * 0.5**_MAX_HALVINGS
         good = (error <= tolerance(largest)).all(axis=1) | narrow | ~np.isfinite(error).all(axis=1)
         count += int(good.sum())
-        if degree == DEGREE and count + 2 * int((~good).sum()) > max(_MAX_SEGMENTS, 2 * segments):
+        if degree == DEGREE and count + 2 * int((~good).sum()) > most:
             good[:] = True
             resolved = False
         done.append((pieces[good], left[good], right[good], coefficients[good], error[good]))

@@ -23,6 +23,7 @@ _NODE_BASIS = np.cos(
     np.pi / chebyshev.DEGREE * np.outer(np.arange(chebyshev.DEGREE + 1), np.arange(chebyshev.DEGREE + 1))
 )
 _ROOTS_AT_ONCE = 64
+_SEGMENTS_ASKED = 1000
 _SLOWEST_START = 1e-6
 _SLOWEST = 1e6
 
@@ -73,17 +74,24 @@ def smallest_scale(
     if not task.constraints:
         return scale
     slower = _with_constraints(task, motion, scale, most)
+    if feasible and (slower is None or slower > 1.0):
+        return 1.0
     if slower is None or torques is None or slower == scale:
         return slower
     return slower if _with_torques(task, torques, slower, slower * (1.0 + _TOLERANCE)) is not None else None
 
 
 def _with_constraints(task: TrajectoryTask, motion: Motion, smallest: float, largest: float) -> float | None:
-    """Return a slowing in [smallest, largest] that keeps the user's own constraints, too; the first found."""
+    """Return a slowing in [smallest, largest] that keeps the user's own constraints, too; the first found.
+
+    One at which they vary too fast to be resolved is passed over.
+    """
 
     def excess(log_scale: float) -> float:
         slowed = Motion.of(motion.trajectory.scaled(float(np.exp(log_scale))))
-        return max(peak.ratio for peak in constraint_peaks(task, slowed)[0]) - 1.0
+        found, unresolved = constraint_peaks(task, slowed, _SEGMENTS_ASKED)
+        over = max(peak.ratio for peak in found) - 1.0
+        return max(over, 1.0) if unresolved else over
 
     low = float(np.log(max(smallest, _SLOWEST_START)))
     if excess(low) <= 0.0:
