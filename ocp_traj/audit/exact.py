@@ -99,7 +99,7 @@ def range_of(coefficients: Array, start: float, end: float, order: int) -> tuple
     Returns
     -------
     smallest, where, largest, where : float
-        Values are outside the true ones by at most 1e-12 of the largest Bernstein coefficient.
+        Values are outside the true ones by at most 1e-12 of the largest magnitude on the piece.
     """
     length = Fraction(float(end)) - Fraction(float(start))
     terms = [
@@ -129,19 +129,18 @@ def _largest(bernstein: list[int]) -> tuple[Fraction, float]:
     degree = len(bernstein) - 1
     ends = [(Fraction(bernstein[0]), 0.0), (Fraction(bernstein[-1]), 1.0)]
     best, place = max(ends)
-    close = _CLOSE * max(abs(value) for value in bernstein)
-    highest = best
+    size, highest = max(abs(value) for value, _ in ends), best
     waiting = [(bernstein, 0, 0.0)]
     while waiting:
         hull, depth, left = waiting.pop()
         scale = 1 << (degree * depth)
         bound = Fraction(max(hull), scale)
-        if bound <= best + close or depth == _MAX_HALVINGS:
+        if bound <= best + _CLOSE * size or depth == _MAX_HALVINGS:
             highest = max(highest, bound)
             continue
         lower, upper = _halves(hull)
         middle = Fraction(lower[-1], scale << degree)
-        width = 0.5 ** (depth + 1)
+        size, width = max(size, abs(middle)), 0.5 ** (depth + 1)
         if middle > best:
             best, place = middle, left + width
         waiting += [(lower, depth + 1, left), (upper, depth + 1, left + width)]

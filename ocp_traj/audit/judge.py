@@ -8,7 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocp_traj.audit.conditions import boundary_miss, duration_findings, free_end_notes, moments_findings, waypoint_miss
+from ocp_traj.audit.conditions import (
+    boundary_miss,
+    duration_findings,
+    free_end_notes,
+    moments_findings,
+    waypoint_miss,
+)
 from ocp_traj.audit.curves import constraint_peaks, speed_peaks
 from ocp_traj.audit.kinematics import changes_of, jump_peaks, kinematic_peaks
 from ocp_traj.audit.motion import Motion

@@ -62,8 +62,9 @@ def _with_breakpoints(trajectory: Trajectory, times: Array) -> Trajectory:
 def passed_once(task: TrajectoryTask) -> NDArray[np.bool_]:
     """Return which gaps lie between equal waypoints that are one point: they last 0 s, (K - 1,)."""
     equal = (task.waypoints[1:] == task.waypoints[:-1]).all(axis=1)
-    free: NDArray[np.bool_] = (np.asarray(task.objective.gap_durations) == [0.0, np.inf]).all(axis=1)
-    return equal & free
+    free = (np.asarray(task.objective.gap_durations) == [0.0, np.inf]).all(axis=1)
+    once: NDArray[np.bool_] = equal & free
+    return once
 
 
 def _find_all(task: TrajectoryTask, trajectory: Trajectory) -> Array:

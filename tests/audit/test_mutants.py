@@ -10,7 +10,14 @@ from audit_motions import INERTIA, clamped_cubic, pendulum
 
 from ocp_traj.audit import audit
 from ocp_traj.audit.conditions import _within
-from ocp_traj.audit.kinematics import _bound, changes_of, jump_peaks, position_width, range_ratios, side_ratios
+from ocp_traj.audit.kinematics import (
+    _bound,
+    changes_of,
+    jump_peaks,
+    position_width,
+    range_ratios,
+    side_ratios,
+)
 from ocp_traj.audit.motion import Motion
 from ocp_traj.audit.verdict import Extremum
 from ocp_traj.robot import load_robot

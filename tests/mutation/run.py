@@ -68,6 +68,9 @@ AREAS: dict[str, dict[str, tuple[str, ...]]] = {
         f"ocp_traj/audit/{name}.py": (
             "tests/audit/test_mutants.py",
             "tests/audit/test_mutants_conditions.py",
+            "tests/audit/test_allowances.py",
+            "tests/audit/test_equal_waypoints.py",
+            "tests/audit/test_exact.py",
             "tests/audit/test_judge.py",
             "tests/audit/test_waypoints.py",
             "tests/audit/test_scale.py",
@@ -77,6 +80,8 @@ AREAS: dict[str, dict[str, tuple[str, ...]]] = {
             "tests/audit/test_kinematics.py",
         )
         for name in (
+            "allowances",
+            "exact",
             "kinematics",
             "conditions",
             "scale",

@@ -44,7 +44,7 @@ def cuts(rng: np.random.Generator, motion: Trajectory) -> np.ndarray:
 
 
 def cut(motion: Trajectory, times: np.ndarray, *, padding: int = 0, shift: float = 0.0) -> Trajectory:
-    """Return the motion with pieces that begin at `times`, coefficients rounded once, a higher degree, a later start."""
+    """Return the motion with pieces from `times` on, coefficients rounded once, padded, and started later."""
     pieces = np.searchsorted(motion.breakpoints, times[:-1], side="right") - 1
     coefficients = np.zeros((len(pieces), motion.n, motion.degree + 1 + padding))
     for row, (piece, time) in enumerate(zip(pieces, times)):
