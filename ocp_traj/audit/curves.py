@@ -82,6 +82,7 @@ def _squared_speed(robot: Robot, motion: Motion, frame: str, limit: float) -> ch
         np.zeros(count),
         np.ones(count),
         lambda largest: np.maximum(allowed, _ROUNDING * largest.max()),
+        motion_degree=motion.trajectory.degree,
     )
     seconds = (places.right - places.left) * motion.durations[places.pieces]
     rates = chebyshev.differentiate(places.coefficients) * (2.0 / seconds)[:, None, None]
@@ -98,6 +99,7 @@ def _squared_speed(robot: Robot, motion: Motion, frame: str, limit: float) -> ch
         places.left,
         places.right,
         lambda largest: np.maximum(_TOLERANCE * np.minimum(largest, limit**2), _JUMP_ROUNDING * largest),
+        motion_degree=motion.trajectory.degree,
     )
 
 
@@ -134,6 +136,7 @@ def _constraint_peak(
         right,
         lambda largest: np.maximum(_TOLERANCE * scale, _JUMP_ROUNDING * largest),
         most,
+        motion.trajectory.degree,
     )
     size = curve.coefficients.shape[1]
     flat = curve.coefficients.reshape(-1, chebyshev.DEGREE + 1)

@@ -25,6 +25,7 @@ from ocp_traj.audit.waypoints import with_waypoint_times
 from ocp_traj.exceptions import InputError
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
+from ocp_traj.trajectory_files import MAX_DEGREE
 
 _UNRESOLVED = 1e-7
 _TIMES_NOTED = 8
@@ -47,10 +48,12 @@ def audit(task: TrajectoryTask, trajectory: Trajectory) -> Verdict:
     Raises
     ------
     InputError
-        The motion has another number of joints or waypoints than the task.
+        The motion has another number of joints or waypoints than the task, or pieces of a degree above 30.
     """
     if trajectory.n != task.n:
         raise InputError(f"the trajectory has {trajectory.n} joints, expected {task.n}")
+    if trajectory.degree > MAX_DEGREE:
+        raise InputError(f"the trajectory has degree {trajectory.degree}, expected at most {MAX_DEGREE}")
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         motion = Motion.of(with_waypoint_times(task, trajectory))
         named = len(trajectory.waypoint_times) == len(task.waypoints)

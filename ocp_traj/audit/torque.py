@@ -105,7 +105,8 @@ def torque_curve(task: TrajectoryTask, motion: Motion) -> TorqueCurve:
         return np.tile(np.maximum(np.minimum(allowed, rate_allowed), floor), 3)
 
     pieces, left, right = segments(task, motion)
-    curve = chebyshev.fit(_parts(robot, motion), pieces, left, right, tolerance)
+    parts, degree = _parts(robot, motion), motion.trajectory.degree
+    curve = chebyshev.fit(parts, pieces, left, right, tolerance, motion_degree=degree)
     sign = _directions(motion, curve.pieces, 0.5 * (curve.left + curve.right))
     return TorqueCurve(motion, curve, robot.friction.coulomb * sign)
 

@@ -154,9 +154,9 @@ def caught_tolerances(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     caught: list[Any] = []
     fit = chebyshev.fit
 
-    def catching(*arguments: Any) -> Any:
+    def catching(*arguments: Any, **settings: Any) -> Any:
         caught.append(arguments[4])
-        return fit(*arguments)
+        return fit(*arguments, **settings)
 
     monkeypatch.setattr(chebyshev, "fit", catching)
     return caught
