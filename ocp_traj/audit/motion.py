@@ -174,7 +174,7 @@ class Motion:
         last = len(ORDERS) - 1
         lost = (size > -np.inf) & ((power * length < _UNDERFLOW) | (size + power * length < _UNDERFLOW))
         in_jerk = size + (power - last) * length + last * np.log10(np.maximum(power, 1.0))
-        return not (lost & (in_jerk > _NEGLIGIBLE)).any()
+        return not bool((lost & (in_jerk > _NEGLIGIBLE)).any())
 
     def ends(self, order: int) -> tuple[Pair, Pair]:
         """Values at the start and at the end of every piece, each a pair of (m, n), SI."""
