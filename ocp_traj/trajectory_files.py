@@ -23,7 +23,7 @@ MAX_ROWS = 5_000_000
 MAX_DEGREE = 30
 _MAX_BYTES = 2**30
 _NEAR = 1e-9
-_SAME = 1e-6
+COLUMN_AGREEMENT = 1e-6
 
 Torques = Callable[[Array, Array, Array], Array]
 """(q, v, a), each (N, n), to torques (N, n), N m; for instance `Robot.torque`."""
@@ -212,10 +212,9 @@ def read_csv(path: str | os.PathLike[str]) -> Trajectory:
     start, end = trajectory.breakpoints[[0, -1]]
     if trajectory.n != columns["q"].shape[1]:
         raise InputError(f"{exact}: has {trajectory.n} joints, but {path} has {columns['q'].shape[1]}")
-    span_differs = abs(times[0] - start) > _SAME * (end - start) or abs(times[-1] - end) > _SAME * (
-        end - start
-    )
-    apart = np.abs(trajectory(times) - columns["q"]) > _SAME * (1 + np.abs(columns["q"]))
+    allowed = COLUMN_AGREEMENT * (end - start)
+    span_differs = max(abs(times[0] - start), abs(times[-1] - end)) > allowed
+    apart = np.abs(trajectory(times) - columns["q"]) > COLUMN_AGREEMENT * (1 + np.abs(columns["q"]))
     if span_differs or apart.any():
         raise InputError(f"{exact}: is another motion than {path}; remove the one that is out of date")
     _check_derivatives(trajectory, columns, Path(path), exact)
@@ -233,7 +232,7 @@ def _check_derivatives(trajectory: Trajectory, columns: dict[str, Array], path: 
         if key not in columns:
             continue
         given, expected = columns[key], trajectory(times, order)
-        allowed = _SAME * (1.0 + np.abs(expected).max(axis=0))
+        allowed = COLUMN_AGREEMENT * (1.0 + np.abs(expected).max(axis=0))
         apart = np.min([np.abs(given - trajectory(times + shift, order)) for shift in (-hair, 0.0, hair)], axis=0)
         wrong = np.argwhere(apart > allowed)
         if wrong.size:

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.audit import chebyshev
 from ocp_traj.audit.custom import numeric_function
 from ocp_traj.audit.kinematics import range_ratios
 from ocp_traj.audit.motion import Motion
+from ocp_traj.audit.numerics import chebyshev
 from ocp_traj.audit.torque import segments, torques_at
 from ocp_traj.audit.verdict import Extremum
 from ocp_traj.exceptions import InputError

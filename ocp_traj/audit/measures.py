@@ -10,8 +10,8 @@ from collections.abc import Callable
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.audit import chebyshev
 from ocp_traj.audit.motion import Motion
+from ocp_traj.audit.numerics import chebyshev
 from ocp_traj.audit.torque import JointCurve, joint_peaks, segments, smallest_limit, torques_at
 from ocp_traj.audit.verdict import Extremum
 from ocp_traj.exceptions import InputError

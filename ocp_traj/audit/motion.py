@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocp_traj.arrays import Array
-from ocp_traj.audit.exact import PAIR_ROUNDING, Pair, distance, range_of, values_at_ends
-from ocp_traj.audit.polynomials import candidate_points, differentiate, evaluate
+from ocp_traj.audit.numerics.exact import PAIR_ROUNDING, Pair, distance, range_of, values_at_ends
+from ocp_traj.audit.numerics.polynomials import candidate_points, differentiate, evaluate
 from ocp_traj.quantities import DERIVATIVES
 from ocp_traj.trajectory import Trajectory
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.audit import chebyshev
 from ocp_traj.audit.conditions import scale_bounds
 from ocp_traj.audit.curves import constraint_peaks
 from ocp_traj.audit.measures import further_peaks
 from ocp_traj.audit.motion import Motion
-from ocp_traj.audit.polynomials import evaluate, roots_in_unit_interval
+from ocp_traj.audit.numerics import chebyshev
+from ocp_traj.audit.numerics.polynomials import evaluate, roots_in_unit_interval
 from ocp_traj.audit.torque import TorqueCurve, torque_curve
 from ocp_traj.audit.verdict import Extremum
 from ocp_traj.quantities import KINEMATIC_POWERS
@@ -136,7 +136,7 @@ def _with_torques(
             return smallest
     scale = smallest
     for _ in range(_MAX_EXCHANGES):
-        x = _largest_allowed(polynomials, fastest, slowest)
+        x = largest_allowed(polynomials, fastest, slowest)
         if x is None:
             return None
         scale = 1.0 / x
@@ -211,7 +211,7 @@ def _always_violated_beyond(polynomials: Array) -> float:
     return float(np.maximum(1.0, others[growing] / leading[growing]).min())
 
 
-def _largest_allowed(polynomials: list[Array], fastest: float, slowest: float) -> float | None:
+def largest_allowed(polynomials: list[Array], fastest: float, slowest: float) -> float | None:
     """Return the largest x in [slowest, fastest] where no polynomial is above 0, or None.
 
     Going down from the fastest, only polynomials that are above 0 there are asked for their roots, the largest

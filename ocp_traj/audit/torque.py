@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.audit import chebyshev
 from ocp_traj.audit.kinematics import side_ratios
 from ocp_traj.audit.motion import Motion
+from ocp_traj.audit.numerics import chebyshev
 from ocp_traj.audit.tolerances import POSITION_JUMPS
 from ocp_traj.audit.verdict import Extremum
 from ocp_traj.exceptions import InputError

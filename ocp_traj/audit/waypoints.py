@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ocp_traj.arrays import Array
 from ocp_traj.audit.motion import Motion, nearest_index
-from ocp_traj.audit.roots import bracketed_root
+from ocp_traj.audit.numerics.roots import bracketed_root
 from ocp_traj.exceptions import InputError
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory

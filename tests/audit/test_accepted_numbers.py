@@ -28,6 +28,6 @@ def test_numbers_in_its_sentences_are_those_of_the_constants() -> None:
     for sentence in (
         f"may creep by {tolerances.POSITION_JUMPS:.0e}".replace("e-09", "e-9"),
         f"narrower than {narrow:.0e}".replace("e-03", "e-3"),
-        f"to {trajectory_files._SAME:.0e} of the largest value".replace("e-06", "e-6"),
+        f"to {trajectory_files.COLUMN_AGREEMENT:.0e} of the largest value".replace("e-06", "e-6"),
     ):
         assert sentence in text

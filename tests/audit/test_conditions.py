@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from helpers.audit_motions import clamped_cubic, pendulum
-from ocp_traj.audit import audit, chebyshev, conditions
+from ocp_traj.audit import audit, conditions
 from ocp_traj.audit.conditions import boundary_miss, waypoint_miss
 from ocp_traj.audit.motion import Motion
+from ocp_traj.audit.numerics import chebyshev
 from ocp_traj.audit.torque import relative_bound, torque_curve
 from ocp_traj.audit.verdict import Extremum
 from ocp_traj.audit.waypoints import with_waypoint_times

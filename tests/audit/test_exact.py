@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from ocp_traj.audit import audit
-from ocp_traj.audit.exact import range_of
 from ocp_traj.audit.motion import Motion, nearest_index
+from ocp_traj.audit.numerics.exact import range_of
 from ocp_traj.task import Limits, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 

@@ -12,7 +12,7 @@ from helpers.audit_motions import clamped_cubic, random_pieces, random_spline
 from ocp_traj.audit import audit
 from ocp_traj.audit.kinematics import changes_of, kinematic_peaks
 from ocp_traj.audit.motion import Motion
-from ocp_traj.audit.polynomials import candidate_points, evaluate, roots_in_unit_interval
+from ocp_traj.audit.numerics.polynomials import candidate_points, evaluate, roots_in_unit_interval
 from ocp_traj.quantities import DERIVATIVES
 from ocp_traj.task import Boundary, Limits, TrajectoryTask
 from ocp_traj.trajectory import Trajectory

@@ -180,7 +180,7 @@ def test_a_users_constraint_sets_the_scale() -> None:
     assert audit(task, trajectory).smallest_feasible_scale is None
 
 
-def brute_largest_allowed(polynomials: np.ndarray, fastest: float) -> float:
+def brutelargest_allowed(polynomials: np.ndarray, fastest: float) -> float:
     """Return the largest x of a fine grid at which no polynomial is above 0."""
     x = np.linspace(0.0, fastest, 20_001)
     above = np.zeros(x.size, dtype=bool)
@@ -198,13 +198,13 @@ def test_the_largest_allowed_speed_is_that_of_a_fine_grid(seed: int, rows: int) 
     polynomials[:, 0] = -rng.uniform(0.0, 3.0, rows)
     cubics = np.column_stack([-rng.uniform(0.1, 3.0, rows), rng.normal(size=(rows, 3))])
     fastest = float(rng.uniform(0.5, 4.0))
-    found = scale._largest_allowed([polynomials, cubics], fastest, 0.0)
+    found = scale.largest_allowed([polynomials, cubics], fastest, 0.0)
     both = np.concatenate([np.pad(polynomials, ((0, 0), (0, 1))), cubics])
-    expected = brute_largest_allowed(both, fastest)
+    expected = brutelargest_allowed(both, fastest)
     assert (found or 0.0) == pytest.approx(expected, abs=2e-4 * fastest)
     if found is not None:
-        assert scale._largest_allowed([both], fastest, found * 1.001) is None
-        assert scale._largest_allowed([both], fastest, found) == pytest.approx(found, rel=1e-12)
+        assert scale.largest_allowed([both], fastest, found * 1.001) is None
+        assert scale.largest_allowed([both], fastest, found) == pytest.approx(found, rel=1e-12)
 
 
 def wave(frequency: float, upper: float) -> CustomConstraint:

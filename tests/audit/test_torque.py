@@ -9,8 +9,9 @@ import pinocchio as pin
 import pytest
 
 from helpers.audit_motions import INERTIA, clamped_cubic, pendulum
-from ocp_traj.audit import audit, chebyshev
+from ocp_traj.audit import audit
 from ocp_traj.audit.motion import Motion
+from ocp_traj.audit.numerics import chebyshev
 from ocp_traj.audit.torque import relative_bound, torque_curve
 from ocp_traj.exceptions import InputError
 from ocp_traj.robot import Robot, load_robot
@@ -234,8 +235,8 @@ def vanishing_at(points: np.ndarray, seconds: float) -> np.ndarray:
 def test_an_acceleration_that_vanishes_at_all_samples_is_not_overlooked(tmp_path: Path, count: int) -> None:
     """A polynomial can have its roots at all nodes and checks; in a short piece gravity does not betray it."""
     seconds, hidden = 1e-4, count // 2
-    nodes = chebyshev._NODES[:: 2 if count > 64 else 1]
-    bump = vanishing_at(np.concatenate([nodes, chebyshev._CHECKS]), seconds)
+    nodes = chebyshev.NODES[:: 2 if count > 64 else 1]
+    bump = vanishing_at(np.concatenate([nodes, chebyshev.CHECKS]), seconds)
     times = np.arange(count + 1.0) * seconds
     pieces = np.zeros((count, 1, bump.size))
     q, v = 0.3, 0.0

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocp_traj.arrays import Array
-from ocp_traj.audit.roots import bracketed_root
+from ocp_traj.audit.numerics.roots import bracketed_root
 
 DEGREE = 16
 """Degree of the interpolants."""
@@ -40,9 +40,9 @@ _GRID = 128
 _COARSE = 1e-6
 _FINE = 1e-12
 _ORDERS = np.arange(DEGREE + 1.0)
-_NODES = np.cos(np.pi * _ORDERS / DEGREE)
-_CHECKS = np.array([-0.5497, 0.6823])
-_MANY_CHECKS = np.concatenate([_CHECKS, np.cos(np.pi * (_ORDERS[:-1] + 0.5) / DEGREE)])
+NODES = np.cos(np.pi * _ORDERS / DEGREE)
+CHECKS = np.array([-0.5497, 0.6823])
+_MANY_CHECKS = np.concatenate([CHECKS, np.cos(np.pi * (_ORDERS[:-1] + 0.5) / DEGREE)])
 """Also the middles between nodes: 35 samples in all, for motions up to degree 30."""
 
 _THETA = np.linspace(0.0, np.pi, _GRID + 1)
@@ -137,7 +137,7 @@ def fit(
     count, resolved = 0, True
     most = max(_MAX_SEGMENTS if most is None else most, 2 * segments)
     degree = LOW_DEGREE if pieces.size > _MANY and motion_degree <= LOW_DEGREE else DEGREE
-    checks = _CHECKS if motion_degree <= DEGREE else _MANY_CHECKS
+    checks = CHECKS if motion_degree <= DEGREE else _MANY_CHECKS
     while pieces.size:
         coefficients, error, magnitude = _interpolate(function, pieces, left, right, degree, checks)
         largest = magnitude if largest is None else np.maximum(largest, magnitude)
@@ -175,7 +175,7 @@ def _interpolate(
     The error bound is four times the largest of the last quarter of the coefficients, or what is seen at points
     that are no nodes, if that is more.
     """
-    points = np.concatenate([_NODES[:: DEGREE // degree], checks])
+    points = np.concatenate([NODES[:: DEGREE // degree], checks])
     x = 0.5 * (left + right)[:, None] + 0.5 * (right - left)[:, None] * points
     values = function(pieces, x)
     nodes, others = values[:, : degree + 1], values[:, degree + 1 :]
