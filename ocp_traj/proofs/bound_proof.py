@@ -95,4 +95,4 @@ def _certified(task: TrajectoryTask, of: Of, time_limit: float) -> float:
         lower, message = bound.lower, bound.message
     if not lower:
         raise NotProved(message)
-    return lower * (1.0 - WIDER)
+    return float(lower) * (1.0 - WIDER)

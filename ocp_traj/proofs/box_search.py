@@ -1,7 +1,7 @@
 """Trees of boxes of durations whose leaves the checker can refute: the evidence of a lower bound.
 
-A shorter motion could be slowed to last exactly the duration to be proved, so boxes of durations with that sum are split
-until something refutes each. All tests are the checker's own, in exact arithmetic.
+A shorter motion could be slowed to last exactly the duration to be proved, so boxes of durations with that sum are
+split until something refutes each. All tests are the checker's own, in exact arithmetic.
 """
 
 from __future__ import annotations
@@ -75,8 +75,8 @@ class BoxSearch:
                 continue
             gap, place = self._place(low, high)
             self.nodes.append(["split", gap + 1, float(place).hex()])
-            longer = (replaced(low, gap, place), list(high))
-            stack += [(longer, previous), ((list(low), replaced(high, gap, place)), previous)]
+            longer = (checker.replaced(low, gap, place), list(high))
+            stack += [(longer, previous), ((list(low), checker.replaced(high, gap, place)), previous)]
         return self.nodes
 
     def _leaf(self, low: list[Fraction], high: list[Fraction], previous: Node | None) -> Node | None:
@@ -110,11 +110,6 @@ class BoxSearch:
         gap = max(widths, key=widths.__getitem__)
         place = Fraction(round((low[gap] + high[gap]) / 2 * PLACES), PLACES)
         if not low[gap] < place < high[gap]:
-            raise NotProved(f"{float(self.total):.9g} s cannot be proved: durations near {float(place):.9g} s in gap "
-                            f"{gap + 1} are not refuted")  # fmt: skip
+            where = f"durations of gap {gap + 1} near {float(place):.9g} s"
+            raise NotProved(f"{float(self.total):.9g} s cannot be proved: {where} are not refuted")
         return gap, place
-
-
-def replaced(row: list[Fraction], index: int, value: Fraction) -> list[Fraction]:
-    """Return a copy with one entry changed."""
-    return [*row[:index], value, *row[index + 1 :]]

@@ -51,8 +51,7 @@ class FamilyLeaves:
             return None
         if piece == 1 and ratio < NEAR:
             u = self._extremum(centre, joint, order, u)
-        box = ([*low, self.search.total], [*high, self.search.total])
-        if checker.is_beyond(task, joint, order, piece, u, *box):
+        if checker.is_beyond(task, joint, order, piece, u, low, high, self.search.total):
             return ["instant", joint + 1, order, piece + 1, float(u).hex()]
         return None
 

@@ -43,7 +43,10 @@ def prove(task: TrajectoryTask, trajectory: Trajectory) -> dict[str, Any]:
     except (checker.Refused, checker.NotAProof) as reason:
         raise NotProved(str(reason)) from None
     duration = rounded_up(motion.times[-1] - motion.times[0])
-    upper = {name: float(cost) * (1.0 + ROOM) for name, cost in costs.items()}
+    exact = ("time", *checker.EXACT_COSTS)
+    upper = {
+        name: rounded_up(cost) if name in exact else float(cost) * (1.0 + ROOM) for name, cost in costs.items()
+    }
     claim = {"duration": duration.hex(), "costs": hexadecimal_values(upper)}
     return {"schema": 1, "kind": "motion", "task": section, "motion": curve, "claim": claim, "evidence": {}}
 

@@ -6,4 +6,4 @@ from ocp_traj.exceptions import OcpTrajError
 
 
 class NotProved(OcpTrajError):
-    """A motion or a bound could not be proved; the message is the first statement that does not hold, or is not covered."""
+    """A motion or a bound could not be proved: the message says what does not hold, or is not covered."""

@@ -54,7 +54,7 @@ def resolve_task(task: TrajectoryTask) -> dict[str, Any]:
         "duration": hexadecimal(task.objective.duration),
         "gap_durations": hexadecimal(task.objective.gap_durations),
         "weights": hexadecimal_values(task.objective.weights),
-        "motor": _motor(task) if "motor_loss" in task.objective.weights else None,
+        "loss_factors": _loss_factors(task) if "motor_loss" in task.objective.weights else None,
         "robot": _robot(task) if dynamic else None,
     }
 
@@ -75,10 +75,15 @@ def _reason_against(task: TrajectoryTask) -> str:
     return ""
 
 
-def _motor(task: TrajectoryTask) -> dict[str, Any]:
-    names = ("torque_constant", "resistance", "gear_ratio")
+def _loss_factors(task: TrajectoryTask) -> Any:
+    """Return resistance over squared gear ratio times torque constant, one a joint, W/(N m)^2."""
     motor = task.objective.motor
-    return {name: hexadecimal(np.broadcast_to(getattr(motor, name), (task.n,))) for name in names}
+    assert motor is not None  # the task was checked for it
+    constant, resistance, ratio = (
+        np.broadcast_to(np.asarray(value, dtype=np.float64), (task.n,))
+        for value in (motor.torque_constant, motor.resistance, motor.gear_ratio)
+    )
+    return hexadecimal(resistance / (ratio * constant) ** 2)
 
 
 def _robot(task: TrajectoryTask) -> dict[str, Any]:
