@@ -19,7 +19,7 @@ LAYERS = (
     ("constraints", "objectives", "trajectory"),
     ("task",),
     ("nlp", "transcription", "case", "trajectory_files"),
-    ("audit", "energy", "references"),
+    ("audit", "energy", "references", "proofs"),
     ("solvers", "solve"),
     ("papers", "comparison"),
     ("cli",),

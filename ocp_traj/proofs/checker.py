@@ -629,10 +629,13 @@ def _body(link: Link, parent: Body | None, gravity: list[float], q: Ball, v: Bal
 
 # Interpolation with a bound of its error, on u in [-1, 1].
 
-DEGREE = 12
+DEGREES = {"torque": 12, "torque_rate": 16}
+"""Of interpolants; a bound of slopes needs more than one of values."""
 RADIUS = 4
 DEEPEST_PIECE = 40
 """Halvings of a piece after which its torque is called undecided."""
+FINE = 2**96
+"""Denominator to which the matrix of an interpolation is rounded."""
 ROUNDINGS = 2.0**-42
 """Relative, above all roundings of sums, products and halvings of Bernstein coefficients here."""
 
@@ -662,8 +665,8 @@ class Nodes:
     (R - 1)^2) on [-1, 1]; least |w| on the circle is at least the product of R^2 - x_k^2 over the pairs of nodes.
     """
 
-    def __init__(self) -> None:
-        count, radius = DEGREE + 1, Fraction(RADIUS)
+    def __init__(self, degree: int) -> None:
+        count, radius = degree + 1, Fraction(RADIUS)
         grid = [Fraction(round(math.cos(math.pi * (2 * k + 1) / (2 * count)) * 2**20), 2**20) for k in range(count)]
         if len(set(grid)) < count or any(a != -b or abs(a) > 1 for a, b in zip(grid, reversed(grid))):
             raise Refused("the cosine of this Python gives no symmetric nodes")
@@ -680,22 +683,39 @@ class Nodes:
         self.u = [float(x) for x in grid]
         self.value_factor = float(radius / least * largest / (radius - 1)) * UP
         self.slope_factor = float(radius / least * (steepest / (radius - 1) + largest / (radius - 1) ** 2)) * UP
-        self.rows = [[float(column[j]) for column in basis] for j in range(count)]
-        self.size = max(sum(abs(x) for x in row) for row in self.rows) * UP
+        self.degree = degree
+        self.rows = [[round(column[j] * FINE) for column in basis] for j in range(count)]
+        # errors e of values make at most e * amplification of the interpolant; of its slope degree^2 times that (Markov)
+        table = zip(*([max(map(abs, part)) for part in self._parts(column, 4)] for column in basis))
+        self.amplification = float(max(map(sum, table))) * UP
 
     @staticmethod
-    def _largest(c: Row) -> Fraction:
-        """Return an upper bound of |polynomial| on [-1, 1]."""
-        parts = [symmetric_bernstein(c)]
-        for _ in range(6):
-            parts = [half for b in parts for half in halves(b)]
-        return max(abs(x) for b in parts for x in b)
+    def _parts(b: Row, times: int) -> list[list[Fraction]]:
+        parts = [list(b)]
+        for _ in range(times):
+            parts = [half for part in parts for half in halves(part)]
+        return parts
 
-    def interpolate(self, values: Sequence[Ball]) -> tuple[list[float], float]:
-        """Return Bernstein coefficients, and the error that rounding makes of them."""
-        b = [sum(x * value.c for x, value in zip(row, values)) for row in self.rows]
-        own = max(value.e for value in values) + 32 * UNIT * max(abs(value.c) for value in values)
-        return b, own * self.size * UP + ROUNDINGS * max(map(abs, b))
+    def _largest(self, c: Row) -> Fraction:
+        """Return an upper bound of |polynomial| on [-1, 1]."""
+        return max(abs(x) for part in self._parts(symmetric_bernstein(c), 6) for x in part)
+
+    def interpolate(self, values: Sequence[Ball], half: Fraction) -> tuple[list[float], list[float], float, float]:
+        """Return the Bernstein coefficients of interpolant and slope, and the errors that rounding made of them."""
+        if not math.isfinite(sum(abs(value.c) + value.e for value in values)):
+            return [math.inf], [math.inf], math.inf, math.inf
+        ratios = [value.c.as_integer_ratio() for value in values]
+        common = max(denominator for _, denominator in ratios)  # powers of two
+        whole = [numerator * (common // denominator) for numerator, denominator in ratios]
+        exact = [sum(x * y for x, y in zip(row, whole)) for row in self.rows]
+        over = 2 * FINE * common * half
+        b = [float(Fraction(x, FINE * common)) for x in exact]
+        slope = [float((y - x) * self.degree / over) for x, y in zip(exact, exact[1:])]
+        error = max(value.e for value in values) * self.amplification * UP
+        size = max(abs(value.c) for value in values)  # the rows were rounded
+        error += size * 2.0**-80 + ROUNDINGS * max(map(abs, b))
+        slope_error = (max(value.e for value in values) * self.amplification + size * 2.0**-80) * self.degree**2
+        return b, slope, error, slope_error / float(half) * UP * UP + ROUNDINGS * max(map(abs, slope))
 
 
 def inside(b: Sequence[float], bottom: float, top: float) -> bool:
@@ -724,13 +744,16 @@ def mean_of_part(b: Sequence[float], part: Callable[[float], float], depth: int 
 class Dynamics:
     """Checks torques and torque rates of a motion, and adds up upper bounds of costs on the way.
 
-    Coulomb friction has the sign of the velocity. Where that is not known on an interval, both signs are checked and
-    both are paid for; a joint that rests has none. Its jumps are no torque rate.
+    Coulomb friction has the sign of the velocity; up to BOUNDARY of the limit, a velocity counts as that of the motion
+    before or after, and if both are so slow, as rest without friction. Jumps of friction are no torque rate.
     """
 
     def __init__(self, task: Task, motion: Motion, robot: Robot) -> None:
-        self.task, self.motion, self.robot, self.nodes = task, motion, robot, Nodes()
+        self.task, self.motion, self.robot = task, motion, robot
+        self.nodes = Nodes(DEGREES["torque_rate" if "torque_rate" in task.limits else "torque"])
         self.costs = {name: 0.0 for name in (*SQUARED_COSTS, *POWER_COSTS) if name in task.weights}
+        sizes = [task.scale("velocity", range(task.gaps), joint) for joint in range(task.n)]
+        self.slow = [float(BOUNDARY * (motion.largest(1) if size is None else size)) for size in sizes]
         torque = [self._torque_factor(joint) for joint in range(task.n)]
         self.factors = {"torque": torque, "motor_loss": task.loss_factors or []}
         start = self._powers(0, Fraction(0), motion.lengths[0])
@@ -785,33 +808,40 @@ class Dynamics:
         values = [self._torques_at(powers, Ball(u)) for u in self.nodes.u]
         torques = []
         for joint in range(self.task.n):
-            b, rounding = self.nodes.interpolate([row[joint] for row in values])
-            if not math.isfinite(sum(map(abs, b)) + rounding):  # comparisons below would overlook a NaN
+            b, rate, rounding, rate_rounding = self.nodes.interpolate([row[joint] for row in values], half)
+            if not math.isfinite(rounding):  # comparisons below would overlook a NaN
+                return False
+            if not self._keeps("torque_rate", gap, joint, rate, rate_errors[joint] + rate_rounding):
                 return False
             speed = symmetric_bernstein(shifted(self.motion.orders[1][piece][joint], middle, half))
-            signs = self._friction(speed, joint)
-            torques.append((b, [float(x) for x in speed], errors[joint] + rounding, signs))
-            for friction in signs:
-                verdict = self._keeps("torque", gap, joint, [x + friction for x in b], errors[joint] + rounding)
-                if verdict is False and len(signs) == 1:
+            parts = self._with_friction(joint, b, [float(x) for x in speed])
+            torques.append((parts, errors[joint] + rounding))
+            for part, _, _ in parts:
+                verdict = self._keeps("torque", gap, joint, part, errors[joint] + rounding)
+                if verdict is False:
                     when = f"{float(self.motion.times[piece] + middle):.9g}"
                     raise Refused(f"torque of joint {joint + 1} is beyond its limit near {when} s")
                 if not verdict:
                     return False
-            step = DEGREE / (2.0 * float(half))
-            rate = [(y - x) * step for x, y in zip(b, b[1:])]
-            if not self._keeps("torque_rate", gap, joint, rate, (rate_errors[joint] + 2 * rounding * step) * UP):
-                return False
-        for joint, torque in enumerate(torques):
-            self._pay(joint, *torque, 2 * float(half) * UP)
+        for joint, (parts, error) in enumerate(torques):
+            for part, speeds, share in parts:
+                self._pay(joint, part, speeds, error, share * 2 * float(half) * UP)
         return True
 
-    def _friction(self, speed: list[Fraction], joint: int) -> list[float]:
-        """Return the Coulomb torque of a joint on an interval, or both where the sign of its velocity is not known."""
-        coulomb = self.robot.coulomb[joint]
-        if coulomb == 0.0 or not any(speed):
-            return [0.0]
-        return [coulomb] if min(speed) >= 0 else [-coulomb] if max(speed) <= 0 else [coulomb, -coulomb]
+    def _with_friction(
+        self, joint: int, b: list[float], speed: list[float]
+    ) -> list[tuple[list[float], list[float], float]]:
+        """Return torques with Coulomb friction and velocities, and their shares of time, where the sign is known."""
+        coulomb, slow, found = self.robot.coulomb[joint], self.slow[joint], []
+        stack = [(b, speed, 1.0)]
+        while stack:
+            b, speed, share = stack.pop()
+            back, forth = min(speed) < -slow, max(speed) > slow
+            if coulomb and back and forth:
+                stack += [(x, y, share / 2) for x, y in zip(halves(b), halves(speed))]
+            else:
+                found.append(([x + coulomb * (forth - back) for x in b] if coulomb else b, speed, share))
+        return found
 
     def _keeps(self, name: str, gap: int, joint: int, b: list[float], error: float) -> bool | None:
         """Return whether a polynomial with an error is shown to keep a limit; False: an end is beyond it; else None."""
@@ -822,16 +852,13 @@ class Dynamics:
             return True
         return None if max(b[0], b[-1]) <= top + slack and min(b[0], b[-1]) >= bottom - slack else False
 
-    def _pay(
-        self, joint: int, b: list[float], speed: list[float], error: float, signs: list[float], seconds: float
-    ) -> None:
-        """Add the upper bounds of a joint's costs on an interval; unknown friction counts as an error."""
-        unknown = abs(signs[0]) if len(signs) > 1 else 0.0
-        b = [x + (0.0 if unknown else signs[0]) for x in b]
-        wide = (error + unknown) * UP + ROUNDINGS * max(map(abs, b))
+    def _pay(self, joint: int, b: list[float], speed: list[float], error: float, seconds: float) -> None:
+        """Add the upper bounds of a joint's costs on an interval."""
+        wide = error * UP + ROUNDINGS * max(map(abs, b))
         for name in self.costs:
             if name in SQUARED_COSTS:
-                cost = sum(bernstein_product(b, b)) / (2 * DEGREE + 1) + wide * (2 * mean_of_part(b, abs) + wide)
+                square = bernstein_product(b, b)
+                cost = sum(square) / len(square) + wide * (2 * mean_of_part(b, abs) + wide)
                 cost = (cost + ROUNDINGS * max(map(abs, b)) ** 2) * float(self.factors[name][joint])
             else:
                 part = abs if name == "energy" else _positive
