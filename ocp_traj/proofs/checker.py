@@ -685,7 +685,7 @@ class Nodes:
         self.slope_factor = float(radius / least * (steepest / (radius - 1) + largest / (radius - 1) ** 2)) * UP
         self.degree = degree
         self.rows = [[round(column[j] * FINE) for column in basis] for j in range(count)]
-        # errors e of values make at most e * amplification of the interpolant; of its slope degree^2 times that (Markov)
+        # errors e of values make at most e * amplification of p, and of p' at most degree^2 times that (Markov)
         table = zip(*([max(map(abs, part)) for part in self._parts(column, 4)] for column in basis))
         self.amplification = float(max(map(sum, table))) * UP
 

@@ -85,7 +85,7 @@ def _split(document: dict[str, Any], k: int, before: float, change: Callable[[An
 
 def _hidden_turn(document: dict[str, Any], rng: np.random.Generator) -> None:
     """Let the velocity jump forth and back within 1e-12 s."""
-    curve, k, j = pick(document, rng)
+    _, k, j = pick(document, rng)
 
     def change(piece: Any) -> None:
         piece[j][1] = (float.fromhex(piece[j][1]) + 1e-5).hex()
@@ -96,7 +96,7 @@ def _hidden_turn(document: dict[str, Any], rng: np.random.Generator) -> None:
 
 def _many_steps(document: dict[str, Any], rng: np.random.Generator) -> None:
     """Forty pieces of 1e-9 s, each with a position 4e-12 rad away: allowed one by one, not together."""
-    curve, k, j = pick(document, rng)
+    _, k, j = pick(document, rng)
     if not k:
         return
     for count in range(40):

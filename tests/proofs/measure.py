@@ -1,4 +1,4 @@
-"""What is false about a proof, measured another way than the checker does: exact values at instants, torques by NumPy."""
+"""What is false about a proof, measured without the checker: exact values at instants, torques by NumPy."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ def true_proofs() -> list[dict[str, Any]]:
     found = []
     for seed in (4, 9):
         task, motion = kinematic_motion(seed)
-        near = np.abs(np.asarray(task.waypoints)).max(axis=0) * 3
+        near = 1.05 * np.abs(motion(np.linspace(0.0, motion.duration, 500))).max(axis=0)
         limits = {name: task.limits.get(name)[0] for name in ("velocity", "acceleration", "jerk")}
         task = task.changed(
             limits=Limits(position=near, **limits), objective=Objective(time=1.0, jerk=0.1, acceleration=0.1)

@@ -135,8 +135,8 @@ def test_what_proofs_do_not_cover_is_said() -> None:
 def test_a_turn_within_an_instant_is_refused() -> None:
     limits = Limits(velocity=1.0, acceleration=10.0)
     task = TrajectoryTask(np.array([[0.0], [0.0]]), limits, boundary=ot.Boundary(velocity=[[0.0], [0.0]]))
-    tiny, rise = 1e-14, 0.05
-    pieces = [[[0.0, 0.0, 5.0]], [[0.0125, 0.5, -0.5 / tiny]], [[0.0125, -0.5, 5.0]]]
+    tiny, rise = 2.0**-47, 0.0625
+    pieces = [[[0.0, 0.0, 4.0]], [[0.015625, 0.5, -0.5 / tiny]], [[0.015625, -0.5, 4.0]]]
     times = np.array([0.0, rise, rise + tiny, 2 * rise + tiny])
     turn = Trajectory(times, np.array(pieces), times[[0, -1]])
     with pytest.raises(NotProved, match="acceleration of joint 1"):
