@@ -24,7 +24,7 @@ EACH = 8
 def true_proofs() -> list[dict[str, Any]]:
     """Proofs of small motions with every kind of limit and cost."""
     found = []
-    for seed in (4, 9):
+    for seed in (21, 38):
         task, motion = kinematic_motion(seed)
         near = 1.05 * np.abs(motion(np.linspace(0.0, motion.duration, 500))).max(axis=0)
         limits = {name: task.limits.get(name)[0] for name in ("velocity", "acceleration", "jerk")}
@@ -32,7 +32,7 @@ def true_proofs() -> list[dict[str, Any]]:
             limits=Limits(position=near, **limits), objective=Objective(time=1.0, jerk=0.1, acceleration=0.1)
         )
         found.append(prove(task, motion))
-    for seed in (0, 11, 27):
+    for seed in (21, 37, 56):
         found.append(prove(*torque_motion(seed, friction=1.0, rate=True, weights={"energy": 1.0})))
     assert all(not falsehood(proof) for proof in found)
     return found

@@ -39,12 +39,12 @@ def test_a_kinematic_motion_is_proved_up_to_its_limit_and_not_beyond(seed: int) 
     assert_agreement(*kinematic_motion(seed))
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2, 3, 6, 11])
+@pytest.mark.parametrize("seed", [6, 11, 14, 21, 48, 54])
 def test_a_motion_at_its_torque_limit_is_proved_and_not_beyond(seed: int) -> None:
     assert_agreement(*torque_motion(seed))
 
 
-@pytest.mark.parametrize("seed", [0, 3, 11])
+@pytest.mark.parametrize("seed", [21, 37, 54])
 def test_a_motion_with_friction_is_proved_up_to_its_torque_limit_and_not_beyond(seed: int) -> None:
     assert_agreement(*torque_motion(seed, friction=5.0))
 
@@ -77,14 +77,14 @@ def test_the_answer_to_a_packaged_case_is_proved_whole(case: str) -> None:
 
 
 def test_a_torque_rate_on_its_limit_is_proved_where_friction_changes_sign() -> None:
-    for seed in (0, 10):
+    for seed in (21, 54, 10):
         document = prove(*torque_motion(seed, friction=1.0, rate=True))
         assert "torque_rate" in document["task"]["limits"] and not falsehood(document)
 
 
 def test_costs_are_bounded_from_above_and_closely() -> None:
     weights = {"energy": 1.0, "energy_without_regeneration": 1.0, "torque": 1.0, "motor_loss": 1.0, "jerk": 1.0}
-    for seed, friction in ((0, 0.0), (3, 4.0)):
+    for seed, friction in ((11, 0.0), (56, 4.0)):
         task, motion = torque_motion(seed, friction=friction)
         motor = Motor(torque_constant=0.1, resistance=0.5, gear_ratio=100.0)
         task = task.changed(objective=Objective(**weights, motor=motor))
@@ -114,7 +114,7 @@ def test_links_in_a_proof_give_the_torques_of_the_robot() -> None:
 
 
 def test_a_payload_changes_what_is_proved() -> None:
-    task, motion = torque_motion(1)
+    task, motion = torque_motion(54)
     assert task.robot is not None
     loaded = task.robot.with_changes(payload=ot.Payload(5.0, [0.1, 0.0, 0.3]))
     with pytest.raises(NotProved, match="torque of joint"):
