@@ -41,7 +41,9 @@ class BoxSearch:
     deadline : float
         Of `time.monotonic`.
     refute : callable, optional
-        Takes a box and returns a leaf that refutes it, or None; asked before joints and lemmas are tried.
+        Takes a box and returns a leaf that refutes it, or None; asked instead of trying joints and lemmas.
+    largest : int
+        Nodes after which the search gives up.
     """
 
     search: checker.Search
@@ -50,6 +52,7 @@ class BoxSearch:
     total: Fraction
     deadline: float
     refute: Callable[[list[Fraction], list[Fraction]], Node | None] | None = None
+    largest: int = LARGEST_TREE
     nodes: list[Node] = field(default_factory=list)
 
     def run(self) -> list[Node]:
@@ -64,7 +67,7 @@ class BoxSearch:
         stack: list[tuple[Box, Node | None]] = [(([Fraction(0)] * gaps, [self.total] * gaps), None)]
         while stack:
             (low, high), previous = stack.pop()
-            if time.monotonic() > self.deadline or len(self.nodes) > LARGEST_TREE:
+            if time.monotonic() > self.deadline or len(self.nodes) > self.largest:
                 raise NotProved(f"{float(self.total):.9g} s is not proved within the time and size allowed")
             if not checker.cut(low, high, self.first, self.last, self.total):
                 self.nodes.append(["empty"])

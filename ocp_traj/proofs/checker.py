@@ -1096,6 +1096,8 @@ class Search:
             raise Refused("the tree ends before all durations are refuted")
 
     def _refutes(self, node: list[Any], where: str, low: Row, high: Row, first: int, last: int) -> bool:
+        if node == ["empty"]:  # but some durations are left
+            return False
         if node[0] == "joint":  # a joint cannot pass a run of gaps
             joint, begin, end = _entries(node, where, 3, False)
             known = joint < self.task.n and first <= begin <= end < last and bool(self.joints[joint])

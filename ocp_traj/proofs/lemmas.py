@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from fractions import Fraction
 from typing import Any
 
@@ -14,8 +13,8 @@ LONGEST = 3
 """Gaps of the longest run."""
 STEPS = 10
 """Halvings of the interval in which a run's least duration is looked for."""
-SECONDS = 0.02
-"""Fraction of the time left that one attempt may take."""
+LARGEST_LEMMA = 150
+"""Nodes of the tree of a lemma."""
 
 
 def prove_lemmas(search: checker.Search, deadline: float) -> list[dict[str, Any]]:
@@ -40,14 +39,13 @@ def prove_lemmas(search: checker.Search, deadline: float) -> list[dict[str, Any]
 
 def _longest_proved(search: checker.Search, first: int, last: int, deadline: float) -> dict[str, Any] | None:
     """Return the lemma with the longest duration that bisection finds, or None."""
-    known = sum((needed for begin, end, needed in search.lemmas if first <= begin < end <= last
-                 and end == begin + 1), Fraction(0))  # fmt: skip
+    singles = [needed for begin, end, needed in search.lemmas if first <= begin < last and end == begin + 1]
+    known = sum(singles, Fraction(0)) if last > first + 1 else Fraction(0)
     low, high = float(known), float(search.total)
     best = None
     for _ in range(STEPS):
-        middle = 0.5 * (low + high) if best is not None or known else 0.5 * high
-        seconds = SECONDS * max(deadline - time.monotonic(), 0.0)
-        attempt = BoxSearch(search, first, last, Fraction(middle), time.monotonic() + seconds)
+        middle = 0.5 * (low + high)
+        attempt = BoxSearch(search, first, last, Fraction(middle), deadline, largest=LARGEST_LEMMA)
         try:
             nodes = attempt.run()
         except NotProved:

@@ -132,7 +132,7 @@ def _limit(name: str, least: float = 1e-5) -> Change:
         rows = document["task"]["limits"].get(name)
         if rows is not None:
             g = int(rng.integers(len(rows)))
-            rows[g] = scaled(rows[g], 1.0 - 10 ** rng.uniform(np.log10(least), -0.3))
+            rows[g] = scaled(rows[g], 1.0 - 10 ** rng.uniform(np.log10(least), -0.02))
 
     return change
 

@@ -41,6 +41,15 @@ def oldest_python() -> str:
     return sys.executable
 
 
+def test_the_proof_in_the_documentation_is_one() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "proofs.md").read_text(encoding="utf-8")
+    document = json.loads(page.split("```json\n")[1].split("```")[0])
+    assert check(document).statement.startswith("every limit is kept at every instant of 2 s (task by-hand")
+    document["motion"]["coefficients"][1][0][2] = "-0x1.00002p-1"
+    with pytest.raises(Refused, match="waypoint 2 is missed"):
+        check(document)
+
+
 def run(file: Path) -> subprocess.CompletedProcess[str]:
     command = [oldest_python(), "-I", "-S", str(CHECKER), str(file)]
     return subprocess.run(command, capture_output=True, text=True, check=False)
