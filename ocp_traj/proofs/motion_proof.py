@@ -37,8 +37,8 @@ def prove(task: TrajectoryTask, trajectory: Trajectory) -> dict[str, Any]:
     section = resolve_task(task)
     curve = resolve_motion(task, trajectory)
     try:
-        resolved = checker.read_task(section)
-        motion = checker.read_motion(curve, resolved)
+        resolved = checker.Task(section)
+        motion = checker.Motion(curve, resolved)
         costs = checker.check_motion(resolved, motion)
     except (checker.Refused, checker.NotAProof) as reason:
         raise NotProved(str(reason)) from None
