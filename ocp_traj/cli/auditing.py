@@ -44,20 +44,24 @@ def audit_motion(
     from ocp_traj.trajectory_files import read_csv, read_json
 
     task = load_case(case, overrides)
+    console = console_for(json_file)
     if durations is not None:
-        motion = _from_durations(task, durations)
+        motion, task = _from_durations(task, durations)
+        if task.boundary.acceleration is None:
+            console.print("end accelerations are free: a cubic without virtual knots has none to choose")
     else:
         motion = read_csv(trajectory) if trajectory is not None else read_json(str(result))
     if motion.n != task.n:
         raise InputError(f"the motion has {motion.n} joints, expected {task.n} as in case {task.name}")
     verdict = audit(task, motion)
-    console_for(json_file).print(str(verdict), markup=False)
+    console.print(str(verdict), markup=False)
     write_json({"schema": 1, "case": task.name, **verdict.to_json()}, json_file)
     return FEASIBLE if verdict.feasible else INFEASIBLE
 
 
-def _from_durations(task: TrajectoryTask, text: str) -> Trajectory:
-    from ocp_traj.transcription import trajectory_from_durations
+def _from_durations(task: TrajectoryTask, text: str) -> tuple[Trajectory, TrajectoryTask]:
+    """Return the motion, and the task without the end conditions that only virtual knots could meet."""
+    from ocp_traj.transcription import trajectory_from_durations, without_virtual_knots
 
     try:
         values = [float(entry) for entry in text.split(",")]
@@ -71,4 +75,5 @@ def _from_durations(task: TrajectoryTask, text: str) -> Trajectory:
         raise InputError(f"--durations {text!r} given, expected positive numbers of seconds")
     import numpy as np
 
-    return trajectory_from_durations(task.changed(virtual_knots=0), np.array(values))
+    bare = without_virtual_knots(task)
+    return trajectory_from_durations(bare, np.array(values)), bare

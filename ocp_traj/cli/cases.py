@@ -57,7 +57,7 @@ def describe(task: TrajectoryTask) -> str:
     """Return in a few lines what a task asks for."""
     limited = [name.replace("_", " ") for name in task.limits.names if task.limited(name)]
     robot = "no robot (kinematic)" if task.robot is None else f"robot {task.robot.name}"
-    knots = f", {task.virtual_knots} virtual knots a gap" if task.virtual_knots else ""
+    knots = f", {task.virtual_knots} virtual knots per gap" if task.virtual_knots else ""
     weights = ", ".join(
         f"{name.replace('_', ' ')} {weight:g}" for name, weight in task.objective.weights.items()
     )
@@ -67,4 +67,11 @@ def describe(task: TrajectoryTask) -> str:
         f"  {task.family}{knots}\n"
         f"  limits: {', '.join(limited) or 'none'}\n"
         f"  minimise: {weights or 'own objective'}"
+        + _free_ends(task)
     )
+
+
+def _free_ends(task: TrajectoryTask) -> str:
+    if not task.limited("jerk") or task.boundary.acceleration is not None:
+        return ""
+    return "\n  end accelerations are free: the jerk at both ends is not limited"

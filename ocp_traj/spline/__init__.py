@@ -71,6 +71,23 @@ class FamilyField:
             raise TaskError("spline.family", str(error).removeprefix("spline family ")) from None
 
 
+class KnotsField:
+    """Field of a task: virtual knots per gap; None takes the default of the task's family, set before."""
+
+    @overload
+    def __get__(self, task: None, owner: type) -> None: ...
+    @overload
+    def __get__(self, task: object, owner: type) -> int: ...
+    def __get__(self, task: object | None, owner: type) -> int | None:
+        """Return the virtual knots of a task."""
+        return None if task is None else task.__dict__["virtual_knots"]
+
+    def __set__(self, task: object, count: int | None) -> None:
+        """Set the virtual knots of a task."""
+        default = task.__dict__["family"].default_virtual_knots
+        task.__dict__["virtual_knots"] = default if count is None else count
+
+
 __all__ = [
     "FAMILIES",
     "EndConditions",
