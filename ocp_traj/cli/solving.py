@@ -70,7 +70,7 @@ def solve_case(
         from ocp_traj.trajectory_files import write_csv
 
         torques = task.robot.torque if task.has_inertia and task.robot is not None else None
-        write_csv(Path(output), result.trajectory, rate, torques)
+        write_csv(Path(output), result.trajectory, rate, torques, task)
     write_json(result.to_json(references=found), json_file)
     return FEASIBLE if result.feasible else INFEASIBLE
 

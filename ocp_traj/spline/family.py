@@ -113,7 +113,7 @@ class Family(ABC):
 
     @property
     def end_orders(self) -> tuple[int, ...]:
-        """Orders of the derivatives that the plain spline through the waypoints has zero at its ends: 1 to (p - 1) / 2."""
+        """Orders of the derivatives that the plain spline through the waypoints has zero at its ends: 1 to (p-1)/2."""
         return tuple(range(1, (self.degree + 1) // 2))
 
     def default_end_orders(self, gaps: int, virtual_knots: int, jerk_limited: bool) -> tuple[int, ...]:
