@@ -111,7 +111,11 @@ def test_a_start_from_rest_may_fall_as_fast_as_its_acceleration_limits_allow_and
 @pytest.mark.parametrize(
     ("changes", "key", "words"),
     [
-        ({"boundary": Boundary(acceleration=0.0)}, "spline.virtual_knots", "fewer free coefficients than conditions, 6 against 8"),
+        (
+            {"boundary": Boundary(acceleration=0.0)},
+            "spline.virtual_knots",
+            "fewer free coefficients than conditions, 6 against 8",
+        ),
         (
             {"limits": Limits(position=[[-1.0, 0.0], [0.9, 1.0]])},
             "waypoints.joints[2]",
