@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from ocp_traj.case.reading import task_from_tables
-from ocp_traj.case.section import did_you_mean
 from ocp_traj.case.toml_files import apply_override, parse_toml, read_text
 from ocp_traj.case.travelling import carried_task
-from ocp_traj.exceptions import CaseError
+from ocp_traj.exceptions import CaseError, did_you_mean
 from ocp_traj.task import TrajectoryTask
 
 _PACKAGED = Path(__file__).parent.parent / "cases"

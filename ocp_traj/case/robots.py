@@ -12,9 +12,9 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.case.chains import robot_of_chain
-from ocp_traj.case.section import Section, did_you_mean
+from ocp_traj.case.section import Section
 from ocp_traj.case.toml_files import MAX_BYTES
-from ocp_traj.exceptions import CaseError, InputError, TaskError
+from ocp_traj.exceptions import CaseError, InputError, TaskError, did_you_mean
 from ocp_traj.task import Motor
 
 if TYPE_CHECKING:

@@ -7,8 +7,17 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ocp_traj.cli.completion import CaseName
 from ocp_traj.cli.motions import task_of
-from ocp_traj.cli.output import FEASIBLE, INFEASIBLE, console_for, json_option, overrides_option, write_json
+from ocp_traj.cli.output import (
+    FEASIBLE,
+    INFEASIBLE,
+    check_writable,
+    console_for,
+    json_option,
+    overrides_option,
+    write_json,
+)
 from ocp_traj.exceptions import InputError
 
 if TYPE_CHECKING:
@@ -17,7 +26,7 @@ if TYPE_CHECKING:
 
 
 @click.command(name="audit")
-@click.argument("case", required=False)
+@click.argument("case", type=CaseName(), required=False)
 @click.option(
     "--durations",
     metavar="H1,H2,...",
@@ -44,6 +53,7 @@ def audit_motion(
     from ocp_traj.audit import audit
     from ocp_traj.case import load_case
 
+    check_writable(json_file)
     console = console_for(json_file)
     if durations is not None:
         if case is None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ocp_traj.cli.completion import CaseName
 from ocp_traj.cli.main import WRONG_INPUT
 from ocp_traj.cli.output import console_for, overrides_option
 from ocp_traj.exceptions import InputError
@@ -34,7 +35,7 @@ def init_case(file: str, force: bool) -> None:
 
 
 @click.command(name="check")
-@click.argument("cases", nargs=-1, required=True, metavar="CASE...")
+@click.argument("cases", type=CaseName(), nargs=-1, required=True, metavar="CASE...")
 @overrides_option
 def check_cases(cases: tuple[str, ...], overrides: tuple[str, ...]) -> int:
     """Read cases and say what is wrong with them, or what they ask for."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ocp_traj.cli.completion import CaseName
 from ocp_traj.cli.motions import read_motion, task_of
 from ocp_traj.cli.output import check_writable, overrides_option, write_text
 from ocp_traj.exceptions import InputError
@@ -31,7 +32,9 @@ _OF_COMPARISONS = ("csv", "parquet", "ioh", "coco")
 )
 @click.option("--joint-names", metavar="A,B,...", help="Names for controllers; default: the robot's.")
 @click.option(
-    "--case", help="Case whose limits and robot belong to the motion; default: the one FILE carries or names."
+    "--case",
+    type=CaseName(),
+    help="Case whose limits and robot belong to the motion; default: the one FILE carries or names."
 )
 @overrides_option
 @click.option("--force", is_flag=True, help="For a controller in spite of what speaks against it.")

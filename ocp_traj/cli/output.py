@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from ocp_traj.cli.completion import Override
 from ocp_traj.exceptions import InputError
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ def overrides_option(command: Command) -> Command:
     return click.option(
         "--set",
         "overrides",
+        type=Override(),
         multiple=True,
         metavar="KEY=VALUE",
         help="Override a key of the case; read as TOML.",

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ocp_traj.cli.completion import CaseName
 from ocp_traj.cli.motions import read_motion, task_of
-from ocp_traj.cli.output import overrides_option
+from ocp_traj.cli.output import check_writable, overrides_option
 from ocp_traj.exceptions import InputError
 
 if TYPE_CHECKING:
@@ -28,7 +29,9 @@ COMPARISON_NAMES = ("convergence", "bounds", "runtime", "performance", "data")
     help="What to draw; default motion, or runtime for a comparison.",
 )
 @click.option(
-    "--case", help="Case whose limits and robot belong to the motion; default: the one FILE carries or names."
+    "--case",
+    type=CaseName(),
+    help="Case whose limits and robot belong to the motion; default: the one FILE carries or names."
 )
 @overrides_option
 @click.option("--output", metavar="FILE.png", help="PNG, PDF or SVG; default: beside FILE.")
@@ -43,6 +46,7 @@ def plot_file(
     """
     from ocp_traj.pictures.matplotlib_ import save_picture
 
+    check_writable(output)
     path = Path(file)
     if path.is_dir():
         name = picture or "runtime"

@@ -7,12 +7,20 @@ from typing import Any
 
 import click
 
-from ocp_traj.cli.output import console_for, json_option, overrides_option, print_table, write_json
+from ocp_traj.cli.completion import CaseName
+from ocp_traj.cli.output import (
+    check_writable,
+    console_for,
+    json_option,
+    overrides_option,
+    print_table,
+    write_json,
+)
 from ocp_traj.exceptions import InputError
 
 
 @click.command(name="reference")
-@click.argument("case", required=False)
+@click.argument("case", type=CaseName(), required=False)
 @click.option(
     "--result", metavar="FILE.json", help="Also drive the path of this result as fast as it allows."
 )
@@ -44,6 +52,7 @@ def reference_case(
     from ocp_traj.references import collect_references
     from ocp_traj.trajectory_files import read_json
 
+    check_writable(picture, json_file)
     console = console_for(json_file)
     if case is None and result is None:
         raise InputError("expected a CASE, or a --result that carries its task")

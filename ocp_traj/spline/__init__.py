@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import overload
 
-from ocp_traj.exceptions import TaskError, UnknownNameError
+from ocp_traj.exceptions import TaskError, UnknownNameError, did_you_mean
 from ocp_traj.spline.family import Family, Piece, SplinePart
 from ocp_traj.spline.interpolation import EndConditions
 from ocp_traj.spline.three_five_three import ThreeFiveThree
@@ -39,7 +39,10 @@ def get_family(family: Family | str) -> Family:
     if isinstance(family, Family):
         return family
     if not isinstance(family, str) or family not in FAMILIES:
-        raise UnknownNameError(f"spline family {family!r} is unknown, expected one of {', '.join(FAMILIES)}")
+        hint = did_you_mean(str(family), FAMILIES)
+        raise UnknownNameError(
+            f"spline family {family!r} is unknown, expected one of {', '.join(FAMILIES)}{hint}"
+        )
     return FAMILIES[family]
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ocp_traj.arrays import Array, ArrayLike, read_only
-from ocp_traj.exceptions import TaskError
+from ocp_traj.exceptions import TaskError, did_you_mean
 from ocp_traj.quantities import COSTS, JOINT_LIMITS
 from ocp_traj.spline import FamilyField, KnotsField
 from ocp_traj.task.boundary import Boundary
@@ -136,7 +136,8 @@ class TrajectoryTask:
         unknown = set(changes) - known
         if unknown:
             raise TaskError(
-                min(unknown), f"is no field of a task, expected one of {', '.join(sorted(known))}"
+                min(unknown),
+                f"is no field of a task, expected one of {', '.join(sorted(known))}{did_you_mean(min(unknown), known)}",
             )
         if "boundary" not in changes and self._has_default_boundary():
             changes["boundary"] = Boundary(self.boundary.velocity)
