@@ -141,6 +141,33 @@ class Robot:
         """Number of joints."""
         return len(self.joint_names)
 
+    @property
+    def followers(self) -> dict[str, tuple[str, float, float]]:
+        """For every joint of the model that follows one of the robot: that joint's name, multiplier and offset."""
+        if self.coupling is None:
+            return {}
+        rows = zip(self.coupling.joints, self.coupling.matrix, self.coupling.offset, strict=True)
+        return {
+            name: (self.joint_names[driver := int(np.argmax(row != 0.0))], float(row[driver]), float(offset))
+            for name, row, offset in rows
+            if name not in self.joint_names
+        }
+
+    def row_problem(self, width: int) -> str:
+        """Return what is wrong with a waypoint of `width` numbers: the joints there are, and how to hold some."""
+        names = ", ".join(self.joint_names)
+        problem = f"rows have {width} numbers, expected {self.n}, the joints of {self.name}: {names}"
+        if self.source is None or self.source.urdf is None:
+            return problem
+        if width < self.n:
+            some = ", ".join(f'"{name}"' for name in self.joint_names[width:])
+            return (
+                f"{problem}; hold those that do not belong to the task with robot.lock, for instance [{some}], or "
+                "name those that do in robot.keep"
+            )
+        still = ", ".join([*self.source.lock, *self.followers])
+        return f"{problem}; {still} are held still or follow another joint" if still else problem
+
     @cached_property
     def has_inertia(self) -> bool:
         """Whether the links have masses: without them there is neither torque nor energy."""

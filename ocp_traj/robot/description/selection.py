@@ -73,11 +73,11 @@ def select_joints(
         raise RobotError(f"joint {both[0]!r} is both kept and locked, expected one of them")
     for name in keep or ():
         mimic = tree.joints[name].mimic
-        if mimic is not None:
+        if mimic is not None and mimic.joint in tree.joints:
             raise RobotError(f"joint {name!r} cannot be kept, it follows {mimic.joint!r}: keep that one")
     chosen = keep if keep is not None else group if group is not None else movable
     free = {name for name in chosen if tree.joints[name].moves and tree.joints[name].mimic is None}
-    free -= set(positions)
+    free = (free | set(keep or ())) - set(positions)
     held = {name: _held_position(tree.joints[name], value) for name, value in positions.items()}
     followers: dict[str, Follower] = {}
     for name in movable:
@@ -92,11 +92,14 @@ def select_joints(
 def _settle(
     tree: UrdfTree, name: str, free: set[str], held: dict[str, float], followers: dict[str, Follower]
 ) -> None:
-    """Hold a joint at rest, or let it follow the joint it mimics, which may follow another."""
+    """Hold a joint at rest, or let it follow the joint it mimics, which may follow another.
+
+    Descriptions name joints to follow that are not there, in other files or with another prefix: such a joint is held.
+    """
     passed: list[UrdfJoint] = []
     while name not in free and name not in held and name not in followers:
         joint = tree.joints[name]
-        if joint.mimic is None:
+        if joint.mimic is None or joint.mimic.joint not in tree.joints:
             held[name] = _held_position(joint, None)
             break
         passed.append(joint)
@@ -130,7 +133,8 @@ def _held_position(joint: UrdfJoint, given: float | None) -> float:
     lower, upper = joint.limits.get("position", UNLIMITED)
     if given is None:
         return 0.0 if lower <= 0.0 <= upper else _middle(lower, upper)
-    if not (math.isfinite(given) and lower <= given <= upper):
+    within = lower <= given <= upper or joint.mimic is not None  # where a joint follows, it may leave its range
+    if not (math.isfinite(given) and within):
         raise RobotError(
             f"joint {joint.name!r} is locked at {given:g}, expected a position in its range [{lower:g}, {upper:g}]"
         )

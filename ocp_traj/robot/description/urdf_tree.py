@@ -174,7 +174,7 @@ def _check_mimic(joints: Mapping[str, UrdfJoint], joint: UrdfJoint) -> None:
     while joint.mimic is not None:
         name = joint.mimic.joint
         if name not in joints:
-            raise RobotError(f"joint {joint.name!r} mimics {name!r}, which does not exist")
+            return
         if name in passed:
             raise RobotError(f"the joints {', '.join(map(repr, passed))} mimic each other in a circle")
         passed.append(name)
