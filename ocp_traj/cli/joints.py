@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 _ENDINGS = (".urdf", ".xacro", ".xml")
 
 NOT_GIVEN = "not given"
+LEFT_OUT = "left out"
 
 
 def is_description(name: str) -> bool:
@@ -80,7 +81,7 @@ def _limit(name: str, kind: str, values: Array, own: Array | None, named: bool) 
     if named:
         source = "case"
     elif not np.isfinite(values).any():
-        source = NOT_GIVEN
+        source = NOT_GIVEN if own is None or not np.isfinite(own).any() else LEFT_OUT
     else:
         source = "robot" if own is not None and (values == own).all() else "case"
     entry: dict[str, Any] = {
@@ -124,7 +125,7 @@ def joint_lines(found: dict[str, Any]) -> Iterator[str]:
 
 def _in_words(limit: dict[str, Any]) -> str:
     lower, upper, source = limit["lower"], limit["upper"], limit["from"]
-    if source == NOT_GIVEN:
+    if source in (NOT_GIVEN, LEFT_OUT):
         return source
     if lower is None and upper is None:
         return f"none ({source})"
@@ -147,7 +148,7 @@ def hints(task: TrajectoryTask) -> Iterator[str]:
             yield from _long_ways(robot.joint_names[index], steps[:, index])
 
 
-def _long_ways(name: str, steps: Sequence[float]) -> Iterator[str]:
+def _long_ways(name: str, steps: Array) -> Iterator[str]:
     for gap, step in enumerate(steps):
         if abs(step) > np.pi * (1.0 + 1e-9):
             short = step - 2.0 * np.pi * np.round(step / (2.0 * np.pi))

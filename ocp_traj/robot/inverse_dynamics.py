@@ -15,8 +15,7 @@ from typing import Any
 import casadi as ca
 
 from ocp_traj.arrays import Array
-from ocp_traj.robot.additions import Friction
-from ocp_traj.robot.coupling import Coupling
+from ocp_traj.robot.additions import Coupling, Friction
 from ocp_traj.robot.links import Link
 from ocp_traj.robot.regrouping import regrouped, split_rotation
 

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.robot.coupling import Coupling
+from ocp_traj.robot.additions import Coupling
 from ocp_traj.robot.links import Link
 
 

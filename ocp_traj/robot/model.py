@@ -10,8 +10,7 @@ import pinocchio as pin
 
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import RobotError
-from ocp_traj.robot.additions import Payload
-from ocp_traj.robot.coupling import Coupling
+from ocp_traj.robot.additions import Coupling, Payload
 from ocp_traj.robot.description.selection import Selection
 from ocp_traj.robot.links import joint_kind
 

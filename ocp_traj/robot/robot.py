@@ -13,11 +13,10 @@ import numpy as np
 
 from ocp_traj.arrays import Array, ArrayLike, read_only
 from ocp_traj.exceptions import RobotError
-from ocp_traj.robot.additions import STANDARD_GRAVITY, Friction, Payload, vector
+from ocp_traj.robot.additions import STANDARD_GRAVITY, Coupling, Friction, Payload, vector
 
 if TYPE_CHECKING:
     from ocp_traj.robot.batch import BatchRobot
-    from ocp_traj.robot.coupling import Coupling
     from ocp_traj.robot.links import Link
     from ocp_traj.robot.symbolic import SymbolicRobot
 

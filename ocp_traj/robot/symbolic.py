@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import RobotError
-from ocp_traj.robot.additions import Friction
-from ocp_traj.robot.coupling import Coupling
+from ocp_traj.robot.additions import Coupling, Friction
 from ocp_traj.robot.links import Link
 
 if TYPE_CHECKING:

@@ -10,8 +10,7 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import RobotError
-from ocp_traj.robot.additions import Friction
-from ocp_traj.robot.coupling import Coupling
+from ocp_traj.robot.additions import Coupling, Friction
 from ocp_traj.robot.description.selection import Lock, Selection, select_joints
 from ocp_traj.robot.description.srdf import group_joints, srdf_beside
 from ocp_traj.robot.description.tool import default_tool
@@ -90,7 +89,11 @@ def robot_from_urdf(
         name=name or tree.name,
         joint_names=joints,
         joint_types=tuple(tree.joints[joint].kind for joint in joints),
-        **{f"{quantity}_limits": limits[quantity] for quantity in limits},
+        position_limits=limits["position"],
+        velocity_limits=limits["velocity"],
+        torque_limits=limits["torque"],
+        acceleration_limits=limits["acceleration"],
+        jerk_limits=limits["jerk"],
         bare_model=model,
         tool=tool or _default_tool(model, tree, joints[-1]),
         base=base or model.frames[0].name,

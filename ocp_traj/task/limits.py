@@ -21,8 +21,9 @@ class Limits:
     """Lower and upper limits of joint quantities.
 
     Every entry is a number (symmetric, all joints), n numbers (symmetric), a (2, n) array [lower, upper], or a
-    (G, 2, n) array, one block a gap between waypoints. ``None`` leaves it to the robot (those it has:
-    position, velocity, acceleration, jerk, torque) or unlimited; ``inf`` is explicitly unlimited. Inside a task every entry is (G, 2, n).
+    (G, 2, n) array, one block a gap between waypoints. ``None`` leaves it to the robot (position, velocity,
+    acceleration, jerk, torque, where it has them) or unlimited; ``inf`` is explicitly unlimited. Inside a task every
+    entry is (G, 2, n).
 
     Parameters
     ----------

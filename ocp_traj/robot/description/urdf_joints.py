@@ -84,21 +84,24 @@ def urdf_joint(element: Element) -> UrdfJoint:
     kind = element.get("type", "")
     if kind not in TYPES:
         raise RobotError(f"{where} has the type {kind!r}, expected one of {', '.join(TYPES)}")
-    ends = [_link_of(element, tag, where) for tag in ("parent", "child")]
+    parent, child = (_link_of(element, tag, where) for tag in ("parent", "child"))
     origin = element.find("origin")
     if origin is not None:
         for attribute in ("xyz", "rpy"):
             numbers(origin, attribute, 3, where)
     tag = element.find("dynamics")
-    friction = [0.0 if tag is None else number(tag, key, 0.0, where) for key in ("damping", "friction")]
+    damping, friction = (
+        0.0 if tag is None else number(tag, key, 0.0, where) for key in ("damping", "friction")
+    )
     if kind not in MOVING:
-        return UrdfJoint(name, kind, *ends, {})
+        return UrdfJoint(name, kind, parent, child, {})
     axis = element.find("axis")
     if axis is not None:
         given = numbers(axis, "xyz", 3, where)
         if given is None or math.hypot(*given) < _SMALLEST_AXIS:
             raise RobotError(f"{where} has the axis {axis.get('xyz')!r}, expected a direction")
-    return UrdfJoint(name, kind, *ends, _limits(element, kind, where), _mimic(element, where), *friction)
+    limits = _limits(element, kind, where)
+    return UrdfJoint(name, kind, parent, child, limits, _mimic(element, where), damping, friction)
 
 
 def _link_of(element: Element, tag: str, where: str) -> str:
