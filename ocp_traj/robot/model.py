@@ -58,13 +58,7 @@ def _plain_joint(kind: str, axis: tuple[float, float, float]) -> Any:
 
 
 def plain_model(original: Any, selection: Selection) -> Any:
-    """Rebuild a model so that nq = nv and the joints that a selection holds are part of their links.
-
-    Raises
-    ------
-    RobotError
-        A joint that is not held has more than one degree of freedom.
-    """
+    """Rebuild a model so that nq = nv and the joints that a selection holds are part of their links."""
     data = original.createData()
     pin.forwardKinematics(original, data, _held_configuration(original, selection.held))
     plain = pin.Model()
@@ -81,10 +75,7 @@ def plain_model(original: Any, selection: Selection) -> Any:
             plain.inertias[carrier] = plain.inertias[carrier] + placement.act(original.inertias[index])
             carriers.append((carrier, placement))
             continue
-        try:
-            kind, axis = joint_kind(original.joints[index])
-        except RobotError as error:
-            raise RobotError(f"joint {name!r}: {error}") from None
+        kind, axis = joint_kind(original.joints[index])
         placement = placement * original.jointPlacements[index]
         number = plain.addJoint(carrier, _plain_joint(kind, axis), placement, name)
         plain.inertias[number] = original.inertias[index]

@@ -59,8 +59,8 @@ def numbers(element: Element, attribute: str, count: int, where: str) -> list[fl
 
 
 def _parsed(text: str) -> float:
-    """Return the number a text stands for, nan for none; underscores, which Python reads, stand for none."""
+    """Return the number a text stands for, nan for none; what Python alone reads (1_0, digits of other scripts) is none."""
     try:
-        return float(text) if "_" not in text else math.nan
+        return float(text) if text.isascii() and "_" not in text else math.nan
     except ValueError:
         return math.nan

@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from ocp_traj.exceptions import RobotError
-from ocp_traj.robot.description.urdf_joints import UNLIMITED, UrdfJoint
+from ocp_traj.robot.description.urdf_joints import MOVING, UNLIMITED, UrdfJoint
 from ocp_traj.robot.description.urdf_tree import UrdfTree
 
 Lock = Sequence[str] | Mapping[str, float] | Mapping[str, float | None]
@@ -83,6 +83,12 @@ def select_joints(
     for name in movable:
         if name not in free and name not in held:
             _settle(tree, name, free, held, followers)
+    for name in sorted(free):
+        if tree.joints[name].kind not in MOVING:
+            raise RobotError(
+                f"joint {name!r}: type {tree.joints[name].kind} is not supported, expected {', '.join(MOVING)} joints; "
+                "lock the others"
+            )
     for name in sorted(held):
         if held[name] and tree.joints[name].kind in ("planar", "floating"):
             raise RobotError(f"joint {name!r} is {tree.joints[name].kind}, it can be locked at 0 only")

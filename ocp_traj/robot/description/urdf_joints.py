@@ -13,6 +13,9 @@ from ocp_traj.robot.description.numbers import number, numbers
 MOVING = ("revolute", "continuous", "prismatic")
 """Joint types of one degree of freedom."""
 
+WITH_AXIS = (*MOVING, "planar")
+"""Joint types whose axis has a meaning."""
+
 TYPES = (*MOVING, "fixed", "planar", "floating")
 """Joint types of URDF."""
 
@@ -93,13 +96,13 @@ def urdf_joint(element: Element) -> UrdfJoint:
     damping, friction = (
         0.0 if tag is None else number(tag, key, 0.0, where) for key in ("damping", "friction")
     )
-    if kind not in MOVING:
-        return UrdfJoint(name, kind, parent, child, {})
     axis = element.find("axis")
-    if axis is not None:
+    if axis is not None and kind in WITH_AXIS:
         given = numbers(axis, "xyz", 3, where)
         if given is None or math.hypot(*given) < _SMALLEST_AXIS:
             raise RobotError(f"{where} has the axis {axis.get('xyz')!r}, expected a direction")
+    if kind not in MOVING:
+        return UrdfJoint(name, kind, parent, child, {})
     limits = _limits(element, kind, where)
     return UrdfJoint(name, kind, parent, child, limits, _mimic(element, where), damping, friction)
 

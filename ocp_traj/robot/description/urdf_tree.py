@@ -12,7 +12,7 @@ from xml.etree.ElementTree import Element, SubElement
 from ocp_traj.exceptions import RobotError
 from ocp_traj.robot.description.document import read_document
 from ocp_traj.robot.description.numbers import number, numbers
-from ocp_traj.robot.description.urdf_joints import UrdfJoint, urdf_joint
+from ocp_traj.robot.description.urdf_joints import WITH_AXIS, UrdfJoint, urdf_joint
 
 MAX_JOINTS = 200
 """Joints up to which a description is read: Pinocchio's working memory grows with their cube, 0.5 GB here."""
@@ -60,7 +60,8 @@ class UrdfTree:
             if inertial is not None:
                 copy.append(_only(inertial, ("origin", "mass", "inertia")))
         for joint in self.document.findall("joint"):
-            copy = _only(joint, ("origin", "parent", "child", "axis", "dynamics"))
+            axis = ("axis",) if joint.get("type") in WITH_AXIS else ()
+            copy = _only(joint, ("origin", "parent", "child", "dynamics", *axis))
             if copy.attrib["type"] == "continuous":
                 copy.attrib["type"] = "revolute"
             SubElement(copy, "limit", dict.fromkeys(("lower", "upper", "effort", "velocity"), "0"))

@@ -38,14 +38,16 @@ def expanded_xacro(path: Path) -> str:
         The package that expands it is not installed, or it cannot be expanded.
     """
     try:
-        from xacrodoc import XacroDoc
+        import xacro
+        from xacrodoc import packages  # finds packages without ROS, and tells xacro
     except ImportError:
         raise RobotError(
             f"robot description {path} is xacro, which `pip install 'ocp-traj[xacro]'` lets this program expand; "
             f"or write a URDF with ROS: `xacro {path.name} > {path.stem.removesuffix('.urdf')}.urdf`"
         ) from None
     try:
-        return XacroDoc.from_file(str(path), resolve_packages=False).to_urdf_string()
+        packages.walk_up_from(str(path))
+        return xacro.process_file(str(path)).toxml()
     except (Exception, SystemExit) as error:  # whatever the macros do: expressions in them are evaluated
         reason = " ".join(str(error).split()) or type(error).__name__
         raise RobotError(f"robot description {path} is xacro that cannot be expanded: {reason[:300]}") from None
