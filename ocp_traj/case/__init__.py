@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ocp_traj.case.digest import task_digest
-from ocp_traj.case.loading import case_names, case_title, limits_named, load_case, load_case_text
+from ocp_traj.case.loading import case_names, case_title, load_case, load_case_text
 from ocp_traj.case.toml_files import read_toml
 from ocp_traj.case.writing import dumps, write_case
 
@@ -14,7 +14,6 @@ __all__ = [
     "case_template",
     "case_title",
     "dumps",
-    "limits_named",
     "load_case",
     "load_case_text",
     "read_toml",

@@ -38,7 +38,7 @@ def init_case(file: str, force: bool) -> None:
 @overrides_option
 def check_cases(cases: tuple[str, ...], overrides: tuple[str, ...]) -> int:
     """Read cases and say what is wrong with them, or what they ask for."""
-    from ocp_traj.case import limits_named, load_case
+    from ocp_traj.case.loading import limits_named, load_case
     from ocp_traj.cli.joints import case_joints, hints, joint_lines
 
     console = console_for(None)

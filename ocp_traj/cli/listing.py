@@ -35,7 +35,7 @@ def list_names(what: str | None, subject: str | None, as_json: bool) -> None:
 
 
 def _joints(subject: str | None, as_json: bool) -> None:
-    from ocp_traj.case import case_names, limits_named, load_case
+    from ocp_traj.case.loading import case_names, limits_named, load_case
     from ocp_traj.cli.joints import case_joints, is_description, joint_lines, robot_joints
     from ocp_traj.robot import load_robot, robot_from_urdf, robot_names
 

@@ -317,7 +317,8 @@ def test_named_robots_take_the_same_choices() -> None:
 
 XACRO = """<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">
 <xacro:include filename="{include}"/><link name="a"/><xacro:tip/></robot>"""
-MACRO = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:property name="n" value="2"/><xacro:macro name="tip">
+MACRO = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
+<xacro:property name="n" value="2"/><xacro:macro name="tip">
 <link name="b"/><joint name="j${n + 1}" type="revolute"><parent link="a"/><child link="b"/>
 <limit lower="-1" upper="${n}"/></joint></xacro:macro></robot>"""
 

@@ -59,7 +59,7 @@ def numbers(element: Element, attribute: str, count: int, where: str) -> list[fl
 
 
 def _parsed(text: str) -> float:
-    """Return the number a text stands for, nan for none; what Python alone reads (1_0, digits of other scripts) is none."""
+    """Return the number a text stands for, nan for none; what Python alone reads, 1_0 for instance, is none."""
     try:
         return float(text) if text.isascii() and "_" not in text else math.nan
     except ValueError:
