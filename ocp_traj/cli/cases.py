@@ -39,7 +39,8 @@ def init_case(file: str, force: bool) -> None:
 @overrides_option
 def check_cases(cases: tuple[str, ...], overrides: tuple[str, ...]) -> int:
     """Read cases and say what is wrong with them, or what they ask for."""
-    from ocp_traj.case import load_case
+    from ocp_traj.case.loading import limits_named, load_case
+    from ocp_traj.cli.joints import case_joints, hints, joint_lines
 
     console = console_for(None)
     wrong = 0
@@ -51,6 +52,9 @@ def check_cases(cases: tuple[str, ...], overrides: tuple[str, ...]) -> int:
             wrong += 1
         else:
             console.print(describe(task), markup=False)
+            found = case_joints(task, limits_named(case, overrides))
+            for line in (*joint_lines(found), *hints(task)):
+                console.print(f"  {line}", markup=False)
     return WRONG_INPUT if wrong else 0
 
 
