@@ -44,17 +44,23 @@ def check_cases(cases: tuple[str, ...], overrides: tuple[str, ...]) -> int:
     wrong = 0
     for case in cases:
         try:
-            task = load_case(case, overrides)
+            text = describe(load_case(case, overrides))
         except InputError as error:
             click.echo("ocp-traj: " + " ".join(str(error).split()), err=True)
             wrong += 1
         else:
-            console.print(describe(task), markup=False)
+            console.print(text, markup=False)
     return WRONG_INPUT if wrong else 0
 
 
 def describe(task: TrajectoryTask) -> str:
-    """Return in a few lines what a task asks for."""
+    """Return in a few lines what a task asks for.
+
+    Raises
+    ------
+    TaskError
+        With equal consecutive waypoints as one point there are too few for the spline.
+    """
     limited = [name.replace("_", " ") for name in task.limits.names if task.limited(name)]
     robot = "no robot (kinematic)" if task.robot is None else f"robot {task.robot.name}"
     knots = f", {task.virtual_knots} virtual knots a gap" if task.virtual_knots else ""
@@ -67,4 +73,24 @@ def describe(task: TrajectoryTask) -> str:
         f"  {task.family}{knots}\n"
         f"  limits: {', '.join(limited) or 'none'}\n"
         f"  minimise: {weights or 'own objective'}"
+        f"{_equal_waypoints(task)}"
     )
+
+
+def _equal_waypoints(task: TrajectoryTask) -> str:
+    """Say which waypoints are one point, and which equal ones are two instants; nothing where there are none."""
+    from ocp_traj.task import passed_once, prepare
+
+    lasting = prepare(task).kept
+    once = [gap for gap in range(task.gaps) if gap not in lasting]
+    equal = (task.waypoints[1:] == task.waypoints[:-1]).all(axis=1)
+    twice = [gap for gap in range(task.gaps) if equal[gap] and not passed_once(task)[gap]]
+    lines = [
+        f"\n  waypoints {', '.join(f'{gap + 1} and {gap + 2}' for gap in gaps)} are equal: {meaning}"
+        for gaps, meaning in (
+            (once, "one point, passed once (a bound of the gap's duration makes them two instants)"),
+            (twice, "two instants, as their gap's duration has a bound"),
+        )
+        if gaps
+    ]
+    return "".join(lines)

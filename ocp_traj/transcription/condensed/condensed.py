@@ -87,13 +87,14 @@ class CondensedNlp(Nlp):
         X = np.atleast_2d(np.asarray(X, dtype=np.float64))
         return self.encoding.evaluate(self.encoding.curves(X))
 
-    def decode(self, x: Array) -> Trajectory:
-        """Return the exact trajectory that variables x (d,) stand for."""
+    def motion(self, x: Array) -> Trajectory:
+        """Return the exact trajectory that variables x (d,) stand for; see `Nlp.motion`."""
         return self.encoding.decode(x)
 
     def encode(self, trajectory: Trajectory) -> Array:
         """Return the variables of a motion of this family with the same number of knots (not clipped)."""
-        return self.encoding.encode(trajectory)
+        known = trajectory if self.preparation is None else self.preparation.prepared(trajectory)
+        return self.encoding.encode(known)
 
     @cached_property
     def _symbols(self) -> tuple[Symbol, Symbol, Symbol]:
