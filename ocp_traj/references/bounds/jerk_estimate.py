@@ -16,6 +16,7 @@ import numpy as np
 from ocp_traj.arrays import Array, read_only
 from ocp_traj.exceptions import InputError
 from ocp_traj.quantities import RATES
+from ocp_traj.task import prepare
 
 if TYPE_CHECKING:
     from ocp_traj.task import TrajectoryTask
@@ -67,13 +68,14 @@ def jerk_estimate(task: TrajectoryTask, *, knots: int = 7) -> JerkEstimate:
         raise InputError("an end is not at rest, the estimate is defined from rest to rest")
     if knots < 1:
         raise InputError(f"knots is {knots}, expected 1 or more")
-    coarse = knots // 2
+    ready = prepare(task)
+    task, coarse = ready.task, knots // 2
     found = _FreeKnotProblem(task, coarse).solve(_first_guess(task, coarse)) if coarse > 1 else None
     guess = _first_guess(task, knots) if found is None else _refined(task, found, knots)
     found = _FreeKnotProblem(task, knots).solve(guess)
     if found is None:
         return JerkEstimate(None, knots=knots, message="the local solver found no feasible motion")
-    durations = found.h.reshape(task.gaps, -1).sum(axis=1)
+    durations = ready.restored_durations(found.h.reshape(task.gaps, -1).sum(axis=1))
     message = "a local optimum with finitely many knots, torque not looked at: an estimate, not a bound"
     return JerkEstimate(float(durations.sum()), durations, knots, message)
 

@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import logging
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ocp_traj.arrays import Array, read_only
 from ocp_traj.references.bounds.branch_and_bound import SearchOutcome, prove_total
 from ocp_traj.references.bounds.double_integrator import JointLimits, feasible, shortest_total
 from ocp_traj.references.bounds.kinematic_estimate import LocalOptimum, local_optimum, stop_durations
+from ocp_traj.task import merged, prepare
 
 if TYPE_CHECKING:
     from ocp_traj.task import TrajectoryTask
@@ -77,7 +79,8 @@ def kinematic_bound(
     The estimate comes from a smooth problem in durations and waypoint velocities. The proof is a branch and bound
     over the proportions of the durations alone: for given durations the waypoint velocities are eliminated
     exactly, joint by joint. Beyond three gaps the bounds of runs of neighbouring gaps are found first; they cut
-    the boxes, and together bound the total by a linear programme where the search does not finish.
+    the boxes, and together bound the total by a linear programme where the search does not finish. Bounds of
+    durations are not looked at, so equal consecutive waypoints are one point whether their gap has one or not.
 
     Parameters
     ----------
@@ -93,6 +96,44 @@ def kinematic_bound(
     rng : numpy.random.Generator, optional
         For the other starting points; seeded with 0 when left out.
     """
+    ready = prepare(task)
+    single = merged(ready.task, _repeated(ready.task))
+    bound = _bound_of_points(single.task, gap, time_limit, largest_nodes, starts, rng)
+    if not len(bound.durations):
+        return bound
+    durations = ready.restored_durations(single.restored_durations(bound.durations))
+    return replace(bound, durations=durations, velocities=bound.velocities[single.points[ready.points]])
+
+
+def _repeated(task: TrajectoryTask) -> NDArray[np.bool_]:
+    """Return which gaps between equal waypoints may be left out of the bound, (K - 1,).
+
+    Their boxes are the same, and so are the limits of the gap and of the one before it, or after it at the start:
+    what moves in such a gap may count to that one.
+    """
+    waypoints, tolerance = np.asarray(task.waypoints), np.asarray(task.tolerance)
+    same: NDArray[np.bool_] = (np.diff(waypoints, axis=0) == 0).all(axis=1)
+    same &= (np.diff(tolerance, axis=0) == 0).all(axis=1)
+    if same.all():
+        return ~same
+    as_before = np.ones(task.gaps, dtype=bool)
+    for name in ("velocity", "acceleration"):
+        limits = task.limits.get(name)
+        as_before[1:] &= (limits[1:] == limits[:-1]).all(axis=(1, 2))
+    first = int(np.argmin(same))
+    as_before[:first] = as_before[1 : first + 1].all()
+    return same & as_before
+
+
+def _bound_of_points(
+    task: TrajectoryTask,
+    gap: float,
+    time_limit: float,
+    largest_nodes: int,
+    starts: int,
+    rng: np.random.Generator | None,
+) -> KinematicBound:
+    """Return the kinematic bound of a task whose consecutive waypoints differ; see `kinematic_bound`."""
     if np.any(task.boundary.velocity):
         return KinematicBound(
             None, None, False, "the ends are not at rest, the bound is defined from rest to rest"

@@ -10,6 +10,9 @@ import numpy as np
 from ocp_traj.arrays import Array
 from ocp_traj.references.bounds.double_integrator import JointLimits
 
+SMALLEST_SHARE = 1e-3
+"""Share of the total that a gap without travel gets in a first guess: without any, its mean velocity has no value."""
+
 
 @dataclass(frozen=True)
 class LocalOptimum:
@@ -115,9 +118,9 @@ class _Problem:
         limits = self.limits
         gaps, n = limits.fastest.shape
         distance = 0.5 * (limits.nearest + limits.farthest)
-        h, inner = self.stops, np.zeros((gaps - 1, n))
+        h, inner = np.maximum(self.stops, SMALLEST_SHARE * self.unit), np.zeros((gaps - 1, n))
         if rng is not None:
-            h = self.stops * rng.uniform(0.4, 1.0, gaps)
+            h = h * rng.uniform(0.4, 1.0, gaps)
             mean = distance / h[:, None]
             inner = rng.uniform(0.0, 1.0, inner.shape) * 0.5 * (mean[1:] + mean[:-1])
         middle = distance / h[:, None]

@@ -8,7 +8,7 @@ grid cell, so corners and jumps of curvature between pieces are exact.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -118,9 +118,11 @@ def geometric_path(task: TrajectoryTask, path: str | Trajectory) -> GeometricPat
     if moving.size == 0:
         return GeometricPath(path, None, moving, end_speeds)
     points = task.waypoints[np.append(moving, moving[-1] + 1)]
+    passed = np.append(0, np.cumsum(chords > 0))
     steps = np.ones(moving.size) if path == "uniform" else chords[moving]
     knots = np.append(0.0, np.cumsum(steps / steps.sum()))
     curve = _spline_through(knots, points, np.asarray(task.boundary.velocity), end_speeds, path)
+    curve = replace(curve, waypoint_times=knots[passed])  # one for each of equal waypoints
     return GeometricPath(path, curve, moving, end_speeds)
 
 
