@@ -21,7 +21,8 @@ from ocp_traj.arrays import Array, read_only
 from ocp_traj.quantities import DERIVATIVES, RATES
 from ocp_traj.references.bounds.branch_and_bound import prove_total
 from ocp_traj.references.bounds.enclosure import Enclosure
-from ocp_traj.references.bounds.kinematic_bound import MARGIN, gap_bounds
+from ocp_traj.references.bounds.kinematic_bound import gap_bounds
+from ocp_traj.references.bounds.kinematic_proof import MARGIN
 from ocp_traj.task import prepare
 
 if TYPE_CHECKING:

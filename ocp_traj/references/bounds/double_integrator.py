@@ -30,6 +30,9 @@ BoolArray: TypeAlias = npt.NDArray[np.bool_]
 PADDING = 1e-11
 """Relative widening of velocity and acceleration limits, against rounding."""
 
+SECTIONS, ROUNDS = 64, 10
+"""Totals tried at once, and how often, until they agree to 60 bits."""
+
 
 @dataclass(frozen=True)
 class JointLimits:
@@ -188,6 +191,23 @@ def shortest_total(limits: JointLimits, proportions: Array, largest: float, iter
         good = _feasible_points(limits, proportions * middle[:, None])
         high, low = np.where(good, middle, high), np.where(good, low, middle)
     return np.where(known, high, np.inf)
+
+
+def least_total(limits: JointLimits, proportions: Array, largest: float) -> float:
+    """Return the least total duration of one row of proportions (G,), s; infinite above `largest`.
+
+    As `shortest_total`, with many totals tried at once: long chains of gaps are slow to cross, however few the rows.
+    """
+    low, high = 0.0, np.inf
+    totals = np.linspace(0.0, largest, SECTIONS + 1)[1:]
+    for _ in range(ROUNDS):
+        good = _feasible_points(limits, totals[:, None] * proportions)
+        high = float(totals[good].min(initial=high))
+        low = float(totals[~good & (totals < high)].max(initial=low))
+        if not np.isfinite(high):
+            break
+        totals = np.linspace(low, high, SECTIONS + 1)[1:-1]
+    return high
 
 
 def _feasible_points(limits: JointLimits, durations: Array) -> BoolArray:

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.deadline import Deadline
 from ocp_traj.exceptions import InputError
+from ocp_traj.references.timing.clarabel_solver import best_backend
 from ocp_traj.references.timing.convex_problem import TimingAnswer, TimingNumbers, solve_numbers
 from ocp_traj.references.timing.half_planes import touching
 from ocp_traj.references.timing.path_limits import PathRows, describe, path_rows
@@ -36,6 +38,9 @@ FALLBACK_GRID = 1000
 ACTIVE_MULTIPLIER = 1e-6
 """A limit counts as active where loosening it by all of itself would gain this share of the duration."""
 
+WORK = 10.0
+"""Compiling and solving the convex problem takes up to so many times as long as preparing its grid."""
+
 NEAR_REST = 20.0
 """Slope of the typical profile of x near a rest, where the path has length 1 and the motion lasts about 1."""
 
@@ -46,6 +51,7 @@ def convex_reference(
     *,
     thermal_weight: float = 0.0,
     points: int | None = None,
+    time_limit: float = np.inf,
 ) -> ReferenceResult:
     """Return the timing of a fixed path that minimises time, or time and thermal energy, by convex optimisation.
 
@@ -62,6 +68,8 @@ def convex_reference(
         At least 0; above 0 it needs torque limits.
     points : int, optional
         Number of cells; when left out, as many as the time-optimal timing needs to be stable (`toppra_reference`).
+    time_limit : float
+        Seconds; a problem that is not expected to be solved by then is not begun.
 
     Returns
     -------
@@ -77,17 +85,26 @@ def convex_reference(
         raise InputError(f"thermal_weight is {thermal_weight}, expected a number of 0 or more")
     if thermal_weight > 0 and not (task.has_inertia and task.limited("torque")):
         raise InputError("thermal_weight is above 0, which needs a robot with inertia and torque limits")
+    deadline = Deadline(time_limit)
     curve = geometric_path(task, path)
     if curve.curve is None:
         return nothing_moves("convex", curve, task)
+    best_backend()  # the compiler is loaded once, which takes a second or two
     if points is None:
-        fastest = toppra_reference(task, path)
+        fastest = toppra_reference(task, path, time_limit=deadline.left / (1.0 + WORK))
         points = fastest.points or FALLBACK_GRID
-    return _solve_on_grid(task, curve, points, thermal_weight)
+        if WORK * fastest.build_time > deadline.left:
+            return _unfinished(curve, deadline)
+    return _solve_on_grid(task, curve, points, thermal_weight, deadline)
+
+
+def _unfinished(path: GeometricPath, deadline: Deadline) -> ReferenceResult:
+    reason = f"the time limit of {deadline} does not allow for the convex problem of this path"
+    return ReferenceResult("convex", path.name, None, reason)
 
 
 def _solve_on_grid(
-    task: TrajectoryTask, path: GeometricPath, points: int, thermal_weight: float
+    task: TrajectoryTask, path: GeometricPath, points: int, thermal_weight: float, deadline: Deadline
 ) -> ReferenceResult:
     began = time.perf_counter()
     grid = sample_path(path, points)
@@ -98,7 +115,9 @@ def _solve_on_grid(
         return ReferenceResult("convex", path.name, None, reason)
     unit = time_unit(rows)
     built = time.perf_counter()
-    answer, kept = solve_timing(task, grid, rows, end_x, unit, thermal_weight)
+    if WORK * (built - began) > deadline.left:
+        return _unfinished(path, deadline)
+    answer, kept = solve_timing(task, grid, rows, end_x, unit, thermal_weight, deadline)
     timings: dict[str, Any] = {"build_time": built - began, "solve_time": time.perf_counter() - built}
     if answer.y is None:
         reason = f"the convex problem has no solution on this path (Clarabel: {answer.status})"
@@ -119,7 +138,13 @@ def _solve_on_grid(
 
 
 def solve_timing(
-    task: TrajectoryTask, grid: PathGrid, rows: PathRows, end_x: Array, unit: float, thermal_weight: float
+    task: TrajectoryTask,
+    grid: PathGrid,
+    rows: PathRows,
+    end_x: Array,
+    unit: float,
+    thermal_weight: float,
+    deadline: Deadline,
 ) -> tuple[TimingAnswer, KeptRows]:
     """Solve in units of `unit` seconds; viscous friction by its tangent at the last profile, iterated."""
     profile = typical_profile(grid, end_x)
@@ -132,7 +157,7 @@ def solve_timing(
         numbers = timing_numbers(grid, kept, end_x * unit**2)
         if thermal_weight > 0:
             numbers = _with_torques(numbers, grid, rows, unit, guess, thermal_weight, profile)
-        answer = solve_numbers(numbers)
+        answer = solve_numbers(numbers, deadline)
         if answer.y is None or not rows.by_speed.any():
             break
         if abs(answer.objective - last) <= 1e-7 * abs(answer.objective):

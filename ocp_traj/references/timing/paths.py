@@ -9,6 +9,7 @@ grid cell, so corners and jumps of curvature between pieces are exact.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import comb
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -219,10 +220,21 @@ def _reversals(curve: Trajectory) -> Array:
     for piece in range(velocity.shape[0]):
         span = curve.breakpoints[piece + 1] - curve.breakpoints[piece]
         scaled = velocity[piece] * span ** np.arange(velocity.shape[2])
-        for row in scaled[np.abs(scaled).max(axis=1) > 1e-12 * max(np.abs(scaled).max(), 1e-300)]:
+        moving = np.abs(scaled).max(axis=1) > 1e-12 * max(np.abs(scaled).max(), 1e-300)
+        for row in scaled[moving & ~_keep_their_sign(scaled)]:
             real = _roots_inside(row)
             found.append(curve.breakpoints[piece] + span * real)
     return np.concatenate(found) if found else np.empty(0)
+
+
+def _keep_their_sign(polynomials: Array) -> npt.NDArray[np.bool_]:
+    """Return which polynomials (n, degree + 1) surely have no root in [0, 1], (n,): by Bernstein coefficients."""
+    degree = polynomials.shape[1] - 1
+    matrix = np.array([[comb(j, i) / comb(degree, i) for i in range(degree + 1)] for j in range(degree + 1)])
+    bernstein = polynomials @ matrix.T
+    least, most = bernstein.min(axis=1), bernstein.max(axis=1)
+    clear = 1e-9 * np.abs(bernstein).max(axis=1)
+    return np.asarray((least > clear) | (most < -clear))
 
 
 def _roots_inside(row: Array) -> Array:
