@@ -228,22 +228,23 @@ def _estimate(
 
     The one along a spline through the waypoints, timed by TOPP-RA, is a start of the search, too.
     """
+    deadline = search.deadline
     stops = LocalOptimum(stop_durations(limits), np.zeros((limits.gaps + 1, limits.fastest.shape[1])))
     centres = 0.5 * (limits.nearest + limits.farthest)
     through = replace(limits, nearest=centres, farthest=centres)
     timed = _along_spline(task, moving) if _is_exact(through) else None
     found = local_optimum(limits, search, boxes, timed)
-    known = [_verified(limits, motion) for motion in (found,) if motion is not None]
+    known = [_verified(limits, motion, deadline) for motion in (found,) if motion is not None]
     if timed is not None and (not known or timed.total < known[0].total * (1.0 + SPLINE_ACCURACY)):
-        known.append(_verified(through, timed))
+        known.append(_verified(through, timed, deadline))
     if not known:
         _logger.warning("the local search for the kinematic bound failed; stopping at every waypoint stands in")
-        known.append(_verified(limits, stops))
+        known.append(_verified(limits, stops, deadline))
     return min([*known, stops], key=lambda motion: motion.total)
 
 
 def _along_spline(task: TrajectoryTask, moving: Array) -> LocalOptimum | None:
-    """Return the motion along a spline through the waypoints as TOPP-RA times it on its first grid; None without one."""
+    """Return the motion along a spline through the waypoints, timed by TOPP-RA on its first grid, or None."""
     from ocp_traj.references.timing.toppra_reference import FIRST_GRID, toppra_reference
 
     limits = Limits(velocity=task.limits.get("velocity"), acceleration=task.limits.get("acceleration"))
@@ -262,7 +263,7 @@ def _is_exact(limits: JointLimits) -> bool:
     return bool(bounded and np.array_equal(limits.nearest, limits.farthest))
 
 
-def _verified(limits: JointLimits, found: LocalOptimum) -> LocalOptimum:
+def _verified(limits: JointLimits, found: LocalOptimum, deadline: Deadline) -> LocalOptimum:
     """Return a motion with its total moved to where the exact test of its durations changes.
 
     Solver tolerances are gone then: a motion with these durations exists. Where the test is only necessary the answer
@@ -272,7 +273,7 @@ def _verified(limits: JointLimits, found: LocalOptimum) -> LocalOptimum:
         return found
     proportions = found.durations / found.total
     bounded = bounded_velocities(limits, stop_durations(limits).sum())
-    total = least_total(bounded, proportions, 1.01 * found.total)
+    total = least_total(bounded, proportions, 1.01 * found.total, deadline)
     if not np.isfinite(total):
         return LocalOptimum(np.full(limits.gaps, np.inf), found.velocities)
     return LocalOptimum(proportions * total, found.velocities * found.total / total)

@@ -61,7 +61,7 @@ def toppra_reference(
     points : int, optional
         Number of cells, instead of that doubling.
     time_limit : float
-        Seconds; a grid that is not expected to be finished by then is not begun. The first one always is.
+        Seconds; a grid that is not expected to be finished by then is not begun. The first one is if there is any.
 
     Returns
     -------
@@ -80,6 +80,8 @@ def toppra_reference(
     curve = geometric_path(task, path)
     if curve.curve is None:
         result = nothing_moves("toppra", curve, task)
+    elif deadline.passed:
+        return ReferenceResult("toppra", curve.name, None, "the time limit left no time for this path")
     else:
         result = refine(lambda cells: _solve_on_grid(task, curve, cells), stability, points, deadline)
     return result if duration is None else _slowed(result, task, curve, duration)
@@ -120,8 +122,8 @@ def refine(
 
 def _out_of_time(result: ReferenceResult, cells: int, deadline: Deadline) -> str:
     if result.duration is None:
-        return f"{result.reason} (with {cells} cells; the time limit of {deadline} did not allow for more)"
-    return f"the time limit of {deadline} did not allow for more than {cells} cells, so the duration may still change"
+        return f"{result.reason} (with {cells} cells; its {deadline} of the time limit did not allow for more)"
+    return f"its {deadline} of the time limit allowed for {cells} cells only, so the duration may still change"
 
 
 def _solve_on_grid(task: TrajectoryTask, path: GeometricPath, points: int) -> ReferenceResult:
