@@ -41,6 +41,9 @@ if TYPE_CHECKING:
 
 ROUNDS = 60
 
+WORK = 60.0
+"""Compiling the problem and the first rounds take about so many times as long as preparing its grid."""
+
 
 def jerk_limited_reference(
     task: TrajectoryTask,
@@ -96,6 +99,9 @@ def jerk_limited_reference(
         return ReferenceResult("convex-jerk", curve.name, None, reason or failure_at(grid, rows, node))
     problem = _JerkProblem(task, grid, rows)
     built = time.perf_counter()
+    if WORK * (built - began) > deadline.left:
+        reason = f"its {deadline} of the time limit do not allow for timing this path with bounded jerk"
+        return ReferenceResult("convex-jerk", curve.name, None, reason)
     x, reason = problem.improve(smooth_timing(grid), tolerance, deadline)
     timings: dict[str, Any] = {"build_time": built - began, "solve_time": time.perf_counter() - built}
     if reason:
