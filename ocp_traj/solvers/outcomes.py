@@ -48,7 +48,7 @@ def run_from_each(
         left = request.less(spent, time.perf_counter() - begin)
         if outcomes and left.exhausted(SMALLEST_BUDGET):
             break
-        if left.time_limit is not None and longest > left.time_limit:
+        if outcomes and left.time_limit is not None and longest > left.time_limit:
             break
         started = time.perf_counter()
         outcomes.append(solver.run(task, replace(left, warm_start=start)))
