@@ -44,12 +44,14 @@ def consistent_variables(layout: Layout, x: Array) -> Array:
     _scale_durations(layout, x)
     if not layout.task.virtual_knots or not len(layout.moving):
         return x  # positions at waypoints and durations decide the spline
-    matrix, wanted = _conditions(layout, x)
-    _hold(layout, x)
-    if np.abs(matrix @ x - wanted).max() > LARGEST_DEFECT:
+    held, values = _held(layout, x)
+    start = np.array(x)
+    start[held] = values
+    matrix, wanted = _conditions(layout, start)
+    if max(np.abs(start - x).max(), np.abs(matrix @ start - wanted).max()) > LARGEST_DEFECT:
         return x
-    free = np.setdiff1d(np.arange(layout.segments, layout.size), _held(layout))
-    change = _least_change(matrix[:, free], matrix, x, free, wanted)
+    free = np.setdiff1d(np.arange(layout.segments, layout.size), held)
+    change = _least_change(matrix[:, free], matrix, start, free, wanted)
     return change if np.isfinite(change).all() else x
 
 
@@ -66,22 +68,19 @@ def _scale_durations(layout: Layout, x: Array) -> None:
             x[part] *= factor
 
 
-def _held(layout: Layout) -> Any:
-    """Return the states that no change may touch: positions at waypoints and what is given at the ends."""
+def _held(layout: Layout, x: Array) -> tuple[Any, Array]:
+    """Return the states that no change may touch, positions at waypoints and what is given at the ends; their values.
+
+    A waypoint with a box stays where it is in it.
+    """
     lower, upper = state_bounds(layout)
     joints = np.arange(len(layout.moving))
     knots = np.arange(layout.task.gaps + 1)[:, None] * layout.per_gap
     ends = [layout.state(knot, joints[:, None], np.arange(layout.degree)) for knot in (0, layout.segments)]
     at_ends = np.concatenate([end.ravel() for end in ends])
     given = at_ends[lower[at_ends] == upper[at_ends]]
-    return np.union1d(given, layout.state(knots, joints[None, :], 0).ravel())
-
-
-def _hold(layout: Layout, x: Array) -> None:
-    """Clip what is held into its bounds, which is where it is given."""
-    lower, upper = state_bounds(layout)
-    held = _held(layout)
-    x[held] = np.clip(x[held], lower[held], upper[held])
+    held = np.union1d(given, layout.state(knots, joints[None, :], 0).ravel())
+    return held, np.clip(x[held], lower[held], upper[held])
 
 
 def _conditions(layout: Layout, x: Array) -> tuple[Any, Array]:
