@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.guess import closed_form_durations, initial_guess
 
+if TYPE_CHECKING:
+    from ocp_traj.references import ReferenceResult
+
 logger = logging.getLogger(__name__)
 
 DURATION_SPREAD = 0.5
@@ -20,6 +24,9 @@ DURATION_SPREAD = 0.5
 
 DURATION_STRETCH = 1.5
 """Random starts are slower than the closed-form timing by this, which leaves room inside the limits."""
+
+TOPPRA_CELLS = 400
+"""Cells of the path whose timing by TOPP-RA is a start; more for long paths."""
 
 
 def other_starts(task: TrajectoryTask, rng: np.random.Generator, count: int) -> Iterator[Trajectory]:
@@ -73,14 +80,68 @@ def centripetal_durations(task: TrajectoryTask) -> Array:
     return np.maximum(roots, 0.05 * largest) / largest
 
 
+def further_starts(task: TrajectoryTask) -> Iterator[Trajectory]:
+    """Yield starts that compete with the closed-form timing; none where that leads to good optima by itself.
+
+    Where an end moves, the closed-form timing is too slow for its speed, and the loop that the spline then makes
+    stays in the answer.
+
+    Parameters
+    ----------
+    task : TrajectoryTask
+        Of a family that has a lifted form.
+    """
+    if task.boundary.is_rest or task.gaps == 1:
+        return
+    for knots in dict.fromkeys((task.family.first_virtual_knots, task.virtual_knots)):
+        if knots <= task.virtual_knots:
+            start = toppra_start(task, knots)
+            if start is not None:
+                yield start
+
+
+def toppra_start(task: TrajectoryTask, virtual_knots: int) -> Trajectory | None:
+    """Return the cubic Hermite curve through TOPP-RA's positions and velocities at evenly spaced knots.
+
+    Waypoints and end velocities are exact; the acceleration jumps at knots, which a solver mends. None where TOPP-RA
+    has no timing, for instance where its path cannot take an end velocity.
+
+    Parameters
+    ----------
+    task : TrajectoryTask
+    virtual_knots : int
+        Per gap.
+    """
+    result = _toppra(task, max(TOPPRA_CELLS, 4 * task.gaps))
+    if result is None:
+        return None
+    per_gap, at = virtual_knots + 1, np.asarray(result.waypoint_times)
+    inside = at[:-1, None] + np.diff(at)[:, None] * (np.arange(per_gap) / per_gap)
+    knots = np.append(inside.ravel(), at[-1])
+    q, v = (
+        np.stack([np.interp(knots, result.times, values[:, j]) for j in range(task.n)], axis=1)
+        for values in (result.q, result.v)
+    )
+    q[::per_gap] = task.waypoints
+    v[[0, -1]] = task.boundary.velocity
+    h = np.diff(knots)[:, None]
+    slope = np.diff(q, axis=0) / h
+    powers = [q[:-1], v[:-1], (3 * slope - 2 * v[:-1] - v[1:]) / h, (v[:-1] + v[1:] - 2 * slope) / h**2]
+    return Trajectory(knots, np.stack(powers, axis=2), knots[::per_gap], task.family.name, task.name)
+
+
 def toppra_durations(task: TrajectoryTask) -> Array | None:
     """Return the gap durations of a spline path timed by TOPP-RA, (K - 1,) s; None where it has none."""
-    if not task.boundary.is_rest:
-        return None
+    result = _toppra(task, None) if task.boundary.is_rest else None
+    return None if result is None else np.diff(result.waypoint_times)
+
+
+def _toppra(task: TrajectoryTask, points: int | None) -> ReferenceResult | None:
+    """Return TOPP-RA's timing of a spline path; None where it has none or not one duration per gap."""
     try:
         from ocp_traj.references import toppra_reference
 
-        result = toppra_reference(task, "chord")
+        result: ReferenceResult = toppra_reference(task, "chord", points=points)
     except (ImportError, OcpTrajError) as error:
         logger.info("no start by TOPP-RA: %s", error)
         return None
@@ -89,4 +150,4 @@ def toppra_durations(task: TrajectoryTask) -> Array | None:
         return None
     durations = np.diff(result.waypoint_times)
     # A path leaves out a waypoint that repeats the one before; its gap has no timing then.
-    return durations if len(durations) == task.gaps and bool((durations > 0).all()) else None
+    return result if len(durations) == task.gaps and bool((durations > 0).all()) else None
