@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from metaheuristics import Status
 from ocp_traj.audit import Verdict, audit
 from ocp_traj.audit.costs import energy, objective_value
 from ocp_traj.files import finite
 from ocp_traj.solvers import Outcome, Request, Solver, parse_solver
+from ocp_traj.solvers.gradient.slow import slow_motion
 from ocp_traj.solvers.mending import is_oversight, slowed_into_limits, solve_tighter
 from ocp_traj.solvers.outcomes import add_counts
 from ocp_traj.solvers.registry import follow_protocol
@@ -204,6 +206,8 @@ def solve(
     if chosen.kind in ("gradient", "hybrid") and is_oversight(result.audit, result.solution.status):
         last = chosen if chosen.kind == "gradient" else parse_solver("ipopt")
         result = _mended(last, result, request)
+    if chosen.kind in ("gradient", "hybrid") and not result.feasible:
+        result = _slowed(result)
     return result if warm_start is None else _no_worse(result, warm_start)
 
 
@@ -241,6 +245,26 @@ def _mended(solver: Solver, result: SolveResult, request: Request) -> SolveResul
         solution=again.solution.paying_for([first, again.solution]),
         counts=add_counts(again.counts, result.counts),
     )
+
+
+def _slowed(result: SolveResult) -> SolveResult:
+    """Return the best feasible motion that can be made without solving: the answer's own slowed, or a closed form."""
+    task, status = result.task, result.solution.status
+    if status is Status.INFEASIBLE:
+        return result
+    scale = None if result.audit is None else result.audit.smallest_feasible_scale
+    motions = [slow_motion(task)]
+    if result.trajectory is not None and scale is not None and 0.0 < scale < np.inf:
+        motions.append(result.trajectory.scaled(scale))
+    judged = [(motion, audit(task, motion)) for motion in motions if motion is not None]
+    feasible = [(objective_value(task, motion), motion, verdict) for motion, verdict in judged if verdict.feasible]
+    if not feasible:
+        return result
+    _, motion, verdict = min(feasible, key=lambda each: each[0])
+    message = f"{result.solution.message} The motion is a slow one, made without solving; no better one was found."
+    kept = Status.STALLED if status in (Status.CONVERGED, Status.FAILED) else status
+    solution = replace(result.solution, message=message, status=kept)
+    return replace(result, trajectory=motion, audit=verdict, solution=solution, scaled_by=1.0, diagnosis="")
 
 
 def _no_worse(result: SolveResult, start: Trajectory) -> SolveResult:
