@@ -89,7 +89,9 @@ def derivative_rows(nlp: LiftedNlp, motion: Motion, extra: ExtraPoints) -> list[
         for segment in range(layout.segments):
             for joint in layout.moving:
                 if 0 < order < degree - 1:
-                    inner = [0.5] if degree == 3 and per_gap == 1 else INNER[degree]
+                    inner = INNER[degree]
+                    if degree == 3 and per_gap == 1 and np.isinf(LIMITS["acceleration"][:, :, joint]).any():
+                        inner = [0.5]
                     for fraction in inner:
                         add(name, segment, joint, fraction, motion.at(order, segment, fraction)[joint])
                 if degree == 3 and order == 1 and per_gap > 1:
