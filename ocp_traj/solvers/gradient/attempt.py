@@ -45,10 +45,11 @@ def attempt(
     account : Account
         Pays for it.
     continued : bool
-        Whether motions with fewer virtual knots are solved first.
+        Whether motions with fewer virtual knots are solved first, from as many on as the guess has.
     """
     if continued:
-        for knots in continuation(task.family, task.virtual_knots)[:-1]:
+        own = 0 if guess is None else (len(guess.breakpoints) - 1) // task.gaps - 1
+        for knots in [each for each in continuation(task.family, task.virtual_knots)[:-1] if each >= own]:
             guess = _solve_few_knots(task, knots, guess, settings, account)
     start = initial_guess(task) if guess is None else fit_guess(task, guess)
     rough = min(settings.tuning.rough_rounds, settings.rounds) if _starts_roughly(task, settings) else 0

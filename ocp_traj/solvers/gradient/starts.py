@@ -28,6 +28,12 @@ DURATION_STRETCH = 1.5
 TOPPRA_CELLS = 400
 """Cells of the path whose timing by TOPP-RA is a start; more for long paths."""
 
+FINE_CELLS = 200
+"""Cells per gap in which knots are placed."""
+
+CROWDING = 0.9
+"""Fraction of the way from even spacing to where the accelerations change; below 1, so that no two knots meet."""
+
 
 def other_starts(task: TrajectoryTask, rng: np.random.Generator, count: int) -> Iterator[Trajectory]:
     """Yield up to `count` starts: centripetal timing, TOPP-RA timing, closed-form timing with random proportions.
@@ -101,7 +107,7 @@ def further_starts(task: TrajectoryTask) -> Iterator[Trajectory]:
 
 
 def toppra_start(task: TrajectoryTask, virtual_knots: int) -> Trajectory | None:
-    """Return the cubic Hermite curve through TOPP-RA's positions and velocities at evenly spaced knots.
+    """Return the cubic Hermite curve through TOPP-RA's positions and velocities at knots where joints switch.
 
     Waypoints and end velocities are exact; the acceleration jumps at knots, which a solver mends. None where TOPP-RA
     has no timing, for instance where its path cannot take an end velocity.
@@ -115,9 +121,7 @@ def toppra_start(task: TrajectoryTask, virtual_knots: int) -> Trajectory | None:
     result = _toppra(task, max(TOPPRA_CELLS, 4 * task.gaps))
     if result is None:
         return None
-    per_gap, at = virtual_knots + 1, np.asarray(result.waypoint_times)
-    inside = at[:-1, None] + np.diff(at)[:, None] * (np.arange(per_gap) / per_gap)
-    knots = np.append(inside.ravel(), at[-1])
+    knots, per_gap = _switching_knots(result, virtual_knots), virtual_knots + 1
     q, v = (
         np.stack([np.interp(knots, result.times, values[:, j]) for j in range(task.n)], axis=1)
         for values in (result.q, result.v)
@@ -128,6 +132,30 @@ def toppra_start(task: TrajectoryTask, virtual_knots: int) -> Trajectory | None:
     slope = np.diff(q, axis=0) / h
     powers = [q[:-1], v[:-1], (3 * slope - 2 * v[:-1] - v[1:]) / h, (v[:-1] + v[1:] - 2 * slope) / h**2]
     return Trajectory(knots, np.stack(powers, axis=2), knots[::per_gap], task.family.name, task.name)
+
+
+def _switching_knots(result: ReferenceResult, virtual_knots: int) -> Array:
+    """Return waypoint times with virtual knots between them, crowded where the accelerations change, s.
+
+    A spline needs two knots to switch an acceleration quickly, and a solver seldom moves a knot across another one.
+    Knots share the changes of each gap evenly, half of the weight being the time itself.
+    """
+    times, velocities = np.asarray(result.times), np.asarray(result.v)
+    acceleration = np.diff(velocities, axis=0) / np.diff(times)[:, None]
+    size = np.abs(acceleration).max(axis=0)
+    changes = np.abs(np.diff(acceleration, axis=0) / np.where(size > 0, size, 1.0)).sum(axis=1)
+    middle = (times[1:] + times[:-1]) / 2
+    grown = np.concatenate([[0.0], np.cumsum(changes)])  # at the middles of the cells
+    even = np.arange(1, virtual_knots + 1) / (virtual_knots + 1)
+    knots: list[float] = []
+    for start, end in zip(result.waypoint_times, result.waypoint_times[1:]):
+        fine = np.linspace(start, end, FINE_CELLS + 1)
+        weight = np.interp(fine, middle, grown) - np.interp(start, middle, grown)
+        share = np.linspace(0.0, 1.0, FINE_CELLS + 1)
+        share = (share + weight / weight[-1]) / 2 if weight[-1] > 0 else share
+        crowded = np.interp(even, share, np.linspace(0.0, 1.0, FINE_CELLS + 1))
+        knots += [start, *(start + (end - start) * (CROWDING * crowded + (1.0 - CROWDING) * even))]
+    return np.array([*knots, result.waypoint_times[-1]])
 
 
 def toppra_durations(task: TrajectoryTask) -> Array | None:

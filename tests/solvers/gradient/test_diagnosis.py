@@ -93,7 +93,7 @@ CERTAIN = {
             "limits": Limits(position=[[-0.2, -3.0], [1.0, 3.0]], acceleration=0.4),
             "boundary": Boundary(velocity=[[0.0, 0.0], [1.0, 0.0]]),
         },
-        "position: joint 1, gap 3: with 1 rad/s (m/s) at the end the acceleration limit takes it to -0.499995 at "
+        "position: joint 1, gap 3: with 1 rad/s (m/s) at the end the acceleration limit takes it to -0.499996 at "
         "least, beyond the limit -0.2.",
     ),
     "given durations that the acceleration limits forbid": (
