@@ -31,8 +31,8 @@ TOPPRA_CELLS = 400
 FINE_CELLS = 200
 """Cells per gap in which knots are placed."""
 
-CROWDING = 0.9
-"""Fraction of the way from even spacing to where the accelerations change; below 1, so that no two knots meet."""
+LEAST_DISTANCE = 0.1
+"""Least distance of two knots that are placed, as a fraction of even spacing."""
 
 
 def other_starts(task: TrajectoryTask, rng: np.random.Generator, count: int) -> Iterator[Trajectory]:
@@ -154,8 +154,23 @@ def _switching_knots(result: ReferenceResult, virtual_knots: int) -> Array:
         share = np.linspace(0.0, 1.0, FINE_CELLS + 1)
         share = (share + weight / weight[-1]) / 2 if weight[-1] > 0 else share
         crowded = np.interp(even, share, np.linspace(0.0, 1.0, FINE_CELLS + 1))
-        knots += [start, *(start + (end - start) * (CROWDING * crowded + (1.0 - CROWDING) * even))]
+        knots += [start, *(start + (end - start) * _apart(crowded, LEAST_DISTANCE / (virtual_knots + 1)))]
     return np.array([*knots, result.waypoint_times[-1]])
+
+
+def _apart(places: Array, least: float) -> Array:
+    """Return increasing places in (0, 1), those that nearly meet moved apart about their middle."""
+    apart = [0.0, *places, 1.0]
+    for _ in range(len(apart)):
+        for k in range(len(apart) - 1):
+            missing = least - (apart[k + 1] - apart[k])
+            if missing > 0:
+                left, right = (0.0 if k == 0 else 0.5), (0.0 if k == len(apart) - 2 else 0.5)
+                apart[k] -= missing * (left if right else 1.0)
+                apart[k + 1] += missing * (right if left else 1.0)
+    inside = np.array(apart[1:-1])
+    even = np.arange(1, len(places) + 1) / (len(places) + 1)
+    return inside if (np.diff([0.0, *inside, 1.0]) > 0).all() else even
 
 
 def toppra_durations(task: TrajectoryTask) -> Array | None:
