@@ -195,6 +195,12 @@ def test_a_trajectory_with_other_joints_or_waypoints_is_refused() -> None:
         audit(TrajectoryTask([[0.0], [1.0], [1.5], [2.0]]), three)
 
 
+def test_a_degree_that_samples_could_not_see_is_refused() -> None:
+    high = Trajectory([0.0, 1.0], np.zeros((1, 1, 32)), [0.0, 1.0])
+    with pytest.raises(InputError, match="the trajectory has degree 31, expected at most 30"):
+        audit(TrajectoryTask([[0.0], [0.0]]), high)
+
+
 def test_joints_may_be_permuted() -> None:
     rng = np.random.default_rng(4)
     waypoints = rng.normal(size=(4, 3))

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import yaml
 
-from helpers.processes import interrupt
+from helpers.processes import interrupt, start_process
 from ocp_traj.cli.main import cli, run
 from ocp_traj.comparison.runs.store import Store
 
@@ -347,7 +347,7 @@ def test_ctrl_c_stops_a_comparison_and_keeps_what_is_finished(tmp_path: Path, ca
     folder, plan = tmp_path / "out", tmp_path / "endless.toml"
     plan.write_text(f"schema = 1\ncases = [{case!r}]\nsolvers = ['pso']\nseeds = 50\nbudget = [400, 1000000000]\n")
     arguments = ["--plan", str(plan), "--no-references", "--jobs", "2", "--output", str(folder)]
-    process = subprocess.Popen(
+    process = start_process(
         [sys.executable, "-m", "ocp_traj", "compare", *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
