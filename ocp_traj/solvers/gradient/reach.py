@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.audit.verdict import DURATION_TOLERANCE, RATIO_TOLERANCE, WAYPOINT_TOLERANCE
+from ocp_traj.audit.tolerances import DURATION_TOLERANCE, RATIO_TOLERANCE, WAYPOINT_TOLERANCE
 from ocp_traj.references.bounds.double_integrator import JointLimits, feasible
 from ocp_traj.task import TrajectoryTask
 
