@@ -10,6 +10,7 @@ import numpy as np
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import TaskError
 from ocp_traj.quantities import RATES
+from ocp_traj.solvers.gradient.along_chords import hermite_curve
 from ocp_traj.solvers.gradient.starts import random_factors
 from ocp_traj.spline import FAMILIES
 from ocp_traj.task import Boundary, Limits, Objective, TrajectoryTask
@@ -45,7 +46,7 @@ def solvable_task(seed: int) -> SolvableTask:
 
 
 def _draw(rng: np.random.Generator, name: str) -> SolvableTask:
-    family = str(rng.choice(sorted(FAMILIES), p=None))
+    family = str(rng.choice(sorted(FAMILIES)))
     knots = {"cubic": int(rng.integers(0, 6)), "3-5-3": 0}.get(family, int(rng.choice([0, 0, 0, 1, 2, 3, 5])))
     n, count = int(rng.integers(1, 8)), int(rng.integers(4 if family == "3-5-3" else 2, 9))
     kinds: list[str] = []
@@ -102,9 +103,11 @@ def _waypoints(rng: np.random.Generator, n: int, count: int, kinds: list[str]) -
 def _witness(rng: np.random.Generator, task: TrajectoryTask, pace: float) -> Trajectory:
     """Return a spline through the waypoints at random times, its virtual knots near a smooth curve."""
     gaps, per_gap = task.gaps, task.virtual_knots + 1
-    travel = np.abs(np.diff(task.waypoints, axis=0)) / np.where(np.ptp(task.waypoints, axis=0) > 0, np.ptp(task.waypoints, axis=0), 1.0)
+    ranges = np.ptp(task.waypoints, axis=0)
+    travel = np.abs(np.diff(task.waypoints, axis=0)) / np.where(ranges > 0, ranges, 1.0)
     durations = (0.2 + travel.max(axis=1)) * rng.uniform(0.7, 1.3, gaps) / pace
-    curve = build_trajectory(task.changed(virtual_knots=0, boundary=Boundary(task.boundary.velocity)), durations, np.asarray(task.waypoints))
+    bare = task.changed(virtual_knots=0, boundary=Boundary(task.boundary.velocity))
+    curve = build_trajectory(bare, durations, np.asarray(task.waypoints))
     share = np.repeat(durations / per_gap, per_gap) * rng.uniform(0.9, 1.1, gaps * per_gap)
     share *= np.repeat(durations / share.reshape(gaps, per_gap).sum(axis=1), per_gap)
     knots = np.concatenate([[0.0], np.cumsum(share)])
@@ -153,7 +156,7 @@ def _extremes(task: TrajectoryTask, motion: Trajectory, order: int) -> tuple[Arr
     powers = local[:, :, None] ** np.arange(coefficients.shape[2])
     values = np.einsum("sfp,snp->sfn", powers, coefficients)
     if len(values) != task.gaps * per_gap:  # 3-5-3 has pieces of its own
-        gap = np.clip(np.searchsorted(motion.waypoint_times, motion.breakpoints[:-1] + 1e-12, side="right") - 1, 0, task.gaps - 1)
+        gap = motion.gap_at(0.5 * (np.asarray(motion.breakpoints)[1:] + np.asarray(motion.breakpoints)[:-1]))
     else:
         gap = np.repeat(np.arange(task.gaps), per_gap)
     low = np.stack([values[gap == each].min(axis=(0, 1)) for each in range(task.gaps)])
@@ -191,16 +194,8 @@ def random_start(task: TrajectoryTask, rng: np.random.Generator) -> Trajectory:
     velocity = np.zeros_like(points)
     velocity[1:-1] = 0.5 * (slope[1:] + slope[:-1]) * rng.uniform(0, 2, (len(points) - 2, 1))
     velocity[[0, -1]] = task.boundary.velocity
-    curve = hermite(times, points, velocity, times, task)
-    share = np.repeat(durations / (task.virtual_knots + 1), task.virtual_knots + 1)
-    knots = np.concatenate([[0.0], np.cumsum(share)])
-    return hermite(knots, curve(knots), curve(knots, 1), times, task)
-
-
-def hermite(knots: Array, q: Array, v: Array, waypoint_times: Array, task: TrajectoryTask) -> Trajectory:
-    """Return the cubic Hermite curve through positions and velocities, (m + 1, n) each."""
-    h = np.diff(knots)[:, None]
-    slope = np.diff(q, axis=0) / h
-    powers = [q[:-1], v[:-1], (3 * slope - 2 * v[:-1] - v[1:]) / h, (v[:-1] + v[1:] - 2 * slope) / h**2]
-    times = np.array(knots[:: task.virtual_knots + 1])
-    return Trajectory(knots, np.stack(powers, axis=2), times, task.family.name, task.name)
+    curve = hermite_curve(task, times, points, velocity, times)
+    per_gap = task.virtual_knots + 1
+    inside = times[:-1, None] + durations[:, None] * np.arange(per_gap) / per_gap
+    knots = np.append(inside.ravel(), times[-1])
+    return hermite_curve(task, knots, curve(knots), curve(knots, 1), knots[::per_gap])

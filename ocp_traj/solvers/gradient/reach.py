@@ -41,10 +41,11 @@ def cannot_stop(task: TrajectoryTask) -> str:
             reached = at[0] - room[0] + outwards**2 / (2.0 * braking) * (1.0 - 1e-6)
             width = float(np.ptp(position[:, :, joint])) if np.isfinite(position[:, :, joint]).all() else abs(limit)
             if turns and np.isfinite(limit) and reached > limit + 2.0 * RATIO_TOLERANCE * max(width, 1e-12):
+                gap = 1 if side == 0 else task.gaps
                 return (
-                    f"position: joint {joint + 1}, gap {1 if side == 0 else task.gaps}: with {velocity[side, joint]:.6g} "
-                    f"rad/s (m/s) at the {word} the acceleration limit takes it to {sign * reached:.6g} at least, "
-                    f"beyond the limit {sign * limit:.6g}."
+                    f"position: joint {joint + 1}, gap {gap}: with {velocity[side, joint]:.6g} rad/s (m/s) at the "
+                    f"{word} the acceleration limit takes it to {sign * reached:.6g} at least, beyond the limit "
+                    f"{sign * limit:.6g}."
                 )
     return ""
 

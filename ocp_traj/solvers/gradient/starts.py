@@ -10,6 +10,7 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import OcpTrajError
+from ocp_traj.solvers.gradient.along_chords import chord_start, hermite_curve
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.guess import closed_form_durations, initial_guess
@@ -90,7 +91,7 @@ def further_starts(task: TrajectoryTask) -> Iterator[Trajectory]:
     """Yield starts that compete with the closed-form timing; none where that leads to good optima by itself.
 
     Where an end moves, the closed-form timing is too slow for its speed, and the loop that the spline then makes
-    stays in the answer.
+    stays in the answer. TOPP-RA's motion does without it, or speeds along the chords where its path has no timing.
 
     Parameters
     ----------
@@ -101,7 +102,7 @@ def further_starts(task: TrajectoryTask) -> Iterator[Trajectory]:
         return
     for knots in dict.fromkeys((task.family.first_virtual_knots, task.virtual_knots)):
         if knots <= task.virtual_knots:
-            start = toppra_start(task, knots)
+            start = toppra_start(task, knots) or chord_start(task, knots)
             if start is not None:
                 yield start
 
@@ -128,10 +129,7 @@ def toppra_start(task: TrajectoryTask, virtual_knots: int) -> Trajectory | None:
     )
     q[::per_gap] = task.waypoints
     v[[0, -1]] = task.boundary.velocity
-    h = np.diff(knots)[:, None]
-    slope = np.diff(q, axis=0) / h
-    powers = [q[:-1], v[:-1], (3 * slope - 2 * v[:-1] - v[1:]) / h, (v[:-1] + v[1:] - 2 * slope) / h**2]
-    return Trajectory(knots, np.stack(powers, axis=2), knots[::per_gap], task.family.name, task.name)
+    return hermite_curve(task, knots, q, v, knots[::per_gap])
 
 
 def _switching_knots(result: ReferenceResult, virtual_knots: int) -> Array:
