@@ -12,7 +12,7 @@ from ocp_traj.solvers.gradient.account import Account
 from ocp_traj.solvers.gradient.attempt import attempt, build_nlp
 from ocp_traj.solvers.gradient.diagnosis import certain_conflict
 from ocp_traj.solvers.gradient.held import attempt_held, gives_durations
-from ocp_traj.solvers.gradient.plugin_call import Answer
+from ocp_traj.solvers.gradient.plugin_call import ACCEPTABLE, Answer
 from ocp_traj.solvers.gradient.plugins import unavailable_reason
 from ocp_traj.solvers.gradient.ranking import best_answer, is_feasible
 from ocp_traj.solvers.gradient.recovery import recover
@@ -51,9 +51,9 @@ class Gradient(GradientSettings, Solver):
             spent, message = account.totals(nlp.dimension), "No motion is possible."
             nothing = Solution.failed(nlp, message, status=Status.INFEASIBLE, **spent)
             return Outcome(None, nothing, account.counts, conflict)
-        answer = self._solve_from_starts(task, request.warm_start, account)
+        answer, stands = _confirmed(task, self._solve_from_starts(task, request.warm_start, account))
         diagnosis = ""
-        if not _stands(task, answer):
+        if not stands:
             answer, diagnosis = recover(task, answer, self, account)
         solution = Solution(
             problem=answer.nlp,
@@ -89,13 +89,16 @@ class Gradient(GradientSettings, Solver):
             raise UnavailableError(f"solver {self.plugin!r} cannot be used: {reason}")
 
 
-def _stands(task: TrajectoryTask, answer: Answer) -> bool:
-    """Return whether an answer needs no recovery: it converged, or a little slowing makes it feasible.
+def _confirmed(task: TrajectoryTask, answer: Answer) -> tuple[Answer, bool]:
+    """Return an answer with the status the audit gives it, and whether it needs no recovery.
 
-    On long paths the last digits may take more iterations than all else; a motion that is a little slower than the
-    best one with these knots is still far better than the best one with fewer.
+    What IPOPT calls acceptable converged where its motion is feasible. On long paths the last digits may take more
+    iterations than all else; a motion that a little slowing makes feasible is still far better than the best one
+    with fewer knots.
     """
     if answer.solved:
-        return True
-    near = answer.violation.max(initial=0.0) < NEARLY_KEPT
-    return near and answer.status is not Status.TIME_EXHAUSTED and is_feasible(task, answer.trajectory)
+        return answer, True
+    near = answer.violation.max(initial=0.0) < NEARLY_KEPT and answer.status is not Status.TIME_EXHAUSTED
+    if not (near and is_feasible(task, answer.trajectory)):
+        return answer, False
+    return (replace(answer, status=Status.CONVERGED) if answer.message == ACCEPTABLE else answer), True

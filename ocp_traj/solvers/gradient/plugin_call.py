@@ -108,8 +108,9 @@ def _call_once(
     plugin = plugin_named(settings.plugin)
     dual = before is not None and plugin.takes_multipliers and isinstance(nlp, LiftedNlp)
     first = before.x if dual and before is not None else np.asarray(nlp.guess)
+    long = nlp.task.gaps > settings.tuning.long_path
     stage = Stage(
-        settings.tolerance,
+        max(settings.tolerance, settings.tuning.long_path_tolerance) if long else settings.tolerance,
         account.evaluations_left(settings.iterations),
         account.left.time_limit,
         warm or before is not None,

@@ -50,6 +50,10 @@ class Tuning:
         Where an elastic phase finds no durations, they are held at those of the first point, slowed by this.
     smallest_slack : float
         Slacks below this, as fractions of the limit, are rounding.
+    long_path : int
+        Gaps above which the last digits take most of the iterations and bring nothing.
+    long_path_tolerance : float
+        Tolerance of the plug-in there.
     freeing_iterations : int
         Iterations at most of the solve that frees held knots.
     further_starts : int
@@ -74,6 +78,8 @@ class Tuning:
     elastic_time_weight: float = 1e-4
     elastic_slowing: float = 4.0
     smallest_slack: float = 1e-9
+    long_path: int = 10
+    long_path_tolerance: float = 1e-6
     freeing_iterations: int = 200
     further_starts: int = 2
 
