@@ -18,7 +18,7 @@ from ocp_traj.solvers.outcomes import add_counts
 from ocp_traj.solvers.prepared import run_prepared
 from ocp_traj.solvers.registry import follow_protocol
 from ocp_traj.solvers.solver import ProgressCallback
-from ocp_traj.task import prepare
+from ocp_traj.task.preparing import prepare
 from ocp_traj.trajectory_files import to_json as trajectory_to_json
 from ocp_traj.version import __version__
 

@@ -67,7 +67,7 @@ def _from_durations(task: TrajectoryTask, text: str) -> Trajectory:
         raise InputError(
             f"--durations has {len(values)} numbers, expected {task.gaps}, one a gap between waypoints"
         )
-    from ocp_traj.task import passed_once
+    from ocp_traj.task.preparing import passed_once
 
     zero_allowed = passed_once(task)
     if not all(0 < value < float("inf") or (value == 0 and zero) for value, zero in zip(values, zero_allowed)):

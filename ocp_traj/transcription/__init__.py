@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from ocp_traj.exceptions import InputError
-from ocp_traj.task import TrajectoryTask, prepare
+from ocp_traj.task import TrajectoryTask
+from ocp_traj.task.preparing import prepare
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
 from ocp_traj.transcription.condensed.encodings import Encoding
 from ocp_traj.transcription.curve import build_trajectory, trajectory_from_durations

@@ -7,7 +7,8 @@ import pytest
 
 from ocp_traj.exceptions import TaskError
 from ocp_traj.robot import load_robot
-from ocp_traj.task import Limits, Objective, TrajectoryTask, passed_once, prepare
+from ocp_traj.task import Limits, Objective, TrajectoryTask
+from ocp_traj.task.preparing import passed_once, prepare
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription import trajectory_from_durations, transcribe
 
