@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import ocp_traj as ot
+from ocp_traj.proofs.not_proved import NotProved
+from ocp_traj.proofs.resolve import resolve_task
 from ocp_traj.robot import Robot, robot_from_urdf
 from ocp_traj.robot.inverse_kinematics.damped_least_squares import DampedLeastSquares
 
@@ -107,6 +109,12 @@ def test_a_motion_with_followers_is_solved_and_audited_by_its_torque(pair: tuple
     torque = free.torque(full(q), full(v, rate=True), full(a, rate=True)) @ full(np.eye(3), rate=True).T
     assert 0.97 < np.abs(torque).max() / 80.0 < 1.0 + 1e-6
     assert result.energy == pytest.approx(np.trapezoid(np.abs(torque * v).sum(axis=1), t), rel=1e-3)
+
+
+def test_torques_with_followers_are_not_proved(pair: tuple[Robot, Robot]) -> None:
+    task = ot.TrajectoryTask(np.array([[0.0] * 3, [0.3] * 3]), ot.Limits(torque=200.0), pair[0], virtual_knots=2)
+    with pytest.raises(NotProved, match="torques of 'coupled', whose joints follow one another"):
+        resolve_task(task)
 
 
 def test_equal_arms_differ_by_how_their_joints_follow(tmp_path: Path, pair: tuple[Robot, Robot]) -> None:
