@@ -13,9 +13,11 @@ from typing import Any
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.case import task_to_json
 from ocp_traj.exceptions import InputError
 from ocp_traj.files import write_atomically
 from ocp_traj.spline.hermite import hermite_pieces
+from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
 SCHEMA = 1
@@ -100,9 +102,14 @@ def _array(data: Mapping[str, Any], key: str, dimensions: int, file: str) -> Arr
     return array.astype(np.float64)
 
 
-def write_json(path: str | os.PathLike[str], trajectory: Trajectory) -> None:
-    """Write the exact curve."""
-    _write(Path(path), json.dumps(to_json(trajectory), allow_nan=False) + "\n")
+def write_json(
+    path: str | os.PathLike[str], trajectory: Trajectory, task: TrajectoryTask | None = None
+) -> None:
+    """Write the exact curve, and the task that travels with it."""
+    data = to_json(trajectory)
+    if task is not None:
+        data["task"] = task_to_json(task)
+    _write(Path(path), json.dumps(data, allow_nan=False) + "\n")
 
 
 def read_json(path: str | os.PathLike[str]) -> Trajectory:
@@ -150,7 +157,11 @@ def sample_times(trajectory: Trajectory, rate: float) -> Array:
 
 
 def write_csv(
-    path: str | os.PathLike[str], trajectory: Trajectory, rate: float = 1000.0, torques: Torques | None = None
+    path: str | os.PathLike[str],
+    trajectory: Trajectory,
+    rate: float = 1000.0,
+    torques: Torques | None = None,
+    task: TrajectoryTask | None = None,
 ) -> None:
     """Write samples ``t,q1..,v1..,a1..,j1..[,tau1..]`` in SI with 17 digits, and the exact curve beside them.
 
@@ -163,6 +174,8 @@ def write_csv(
         Samples a second.
     torques : callable, optional
         (q, v, a), each (N, n), to torques (N, n), for instance `Robot.torque`.
+    task : TrajectoryTask, optional
+        The task that travels with the exact curve.
 
     Raises
     ------
@@ -179,7 +192,7 @@ def write_csv(
     rows = np.column_stack([times, *states])
     lines = [header] + [",".join(format(value, ".17g") for value in row) for row in rows.tolist()]
     _write(Path(path), "\n".join(lines) + "\n")
-    write_json(spline_path(path), trajectory)
+    write_json(spline_path(path), trajectory, task)
 
 
 def read_csv(path: str | os.PathLike[str]) -> Trajectory:

@@ -11,22 +11,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.case.section import Section, did_you_mean
+from ocp_traj.case.chains import robot_of_chain
+from ocp_traj.case.section import Section
 from ocp_traj.case.toml_files import MAX_BYTES
-from ocp_traj.exceptions import CaseError, InputError, TaskError
+from ocp_traj.exceptions import CaseError, InputError, TaskError, did_you_mean
 from ocp_traj.task import Motor
 
 if TYPE_CHECKING:
     from ocp_traj.robot import Robot
 
+DESCRIPTIONS = ("model", "urdf", "dh", "chain")
+"""The ways to say which arm, one of which a robot has; ``chain`` is how a robot travels with a result."""
+
 SELECTION = ("lock", "keep", "srdf", "group")
 """Keys that say which joints belong to the task."""
 
-KEYS = ("model", "urdf", "dh", *SELECTION, "tool", "base", "payload", "gravity", "friction", "motor")
+KEYS = (*DESCRIPTIONS, *SELECTION, "tool", "base", "payload", "gravity", "friction", "motor")
 """Keys of ``[robot]``."""
-
-DESCRIPTIONS = ("model", "urdf", "dh")
-"""The three ways to say which arm, one of which a robot has."""
 
 MAX_JOINTS = 100
 """Largest number of joints of a case."""
@@ -56,15 +57,17 @@ def read_robot(section: Section, folder: Path, trusted: Collection[str]) -> Robo
         raise section.error("", f"{told} given, expected exactly one of {', '.join(DESCRIPTIONS)}")
     kind = given[0]
     chosen = _selection(section, folder, trusted)
-    if kind == "dh" and chosen:
-        raise section.error(min(chosen), "chooses joints of a urdf or model, but the robot is given by dh")
+    if kind in ("dh", "chain") and chosen:
+        raise section.error(min(chosen), f"chooses joints of a urdf or model, but the robot is given by {kind}")
     with robot_errors(section, kind):
         if kind == "model":
             robot = _named_robot(section, chosen)
         elif kind == "urdf":
             robot = _urdf_robot(section, folder, trusted, chosen)
-        else:
+        elif kind == "dh":
             robot = _dh_robot(section.section("dh"))
+        else:
+            robot = robot_of_chain(section.section("chain"))
     if robot.n > MAX_JOINTS:
         raise section.error(kind, f"has {robot.n} joints, expected at most {MAX_JOINTS}")
     return _in_the_cell(section, robot)

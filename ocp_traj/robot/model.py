@@ -44,7 +44,7 @@ def root_placement(model: Any, base: str) -> Array:
     return np.array(frame.placement.homogeneous)
 
 
-def _plain_joint(kind: str, axis: tuple[float, float, float]) -> Any:
+def plain_joint(kind: str, axis: tuple[float, float, float]) -> Any:
     """Return a joint model with nq = nv = 1."""
     letters = {(1.0, 0.0, 0.0): "X", (0.0, 1.0, 0.0): "Y", (0.0, 0.0, 1.0): "Z"}
     letter = letters.get(axis)
@@ -77,7 +77,7 @@ def plain_model(original: Any, selection: Selection) -> Any:
             continue
         kind, axis = joint_kind(original.joints[index])
         placement = placement * original.jointPlacements[index]
-        number = plain.addJoint(carrier, _plain_joint(kind, axis), placement, name)
+        number = plain.addJoint(carrier, plain_joint(kind, axis), placement, name)
         plain.inertias[number] = original.inertias[index]
         carriers.append((number, pin.SE3.Identity()))
         kept.append(int(original.idx_vs[index]))

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ocp_traj.exceptions import RobotError, UnknownNameError
+from ocp_traj.exceptions import RobotError, UnknownNameError, did_you_mean
 from ocp_traj.robot.description.selection import Lock
 from ocp_traj.robot.robot import Robot
 
@@ -168,7 +168,10 @@ def load_robot(
     6
     """
     if name not in PACKAGED_ROBOTS:
-        raise UnknownNameError(f"robot {name!r} is unknown, expected one of {', '.join(robot_names())}")
+        known = robot_names()
+        raise UnknownNameError(
+            f"robot {name!r} is unknown, expected one of {', '.join(known)}{did_you_mean(str(name), known)}"
+        )
     if not (lock or keep is not None or srdf is not None or group is not None):
         return _load(name, data_folder())
     return _build(name, data_folder(), lock, keep, srdf, group)
