@@ -116,14 +116,19 @@ def carried_task(
         The file cannot be read, or something in the task cannot be used.
     """
     file = file or str(path)
+    carried = carried_tables(path, file)
+    return None if carried is None else task_from_json(carried, file, overrides)
+
+
+def carried_tables(path: Path, file: str) -> Any:
+    """Return what a result or an exact curve carries as its key ``task``, unread; None where it carries nothing."""
     try:
         data = json.loads(read_text(path, file, MAX_BYTES))
     except (ValueError, RecursionError) as error:
         if isinstance(error, CaseError):
             raise
         raise CaseError(file, "", f"is no JSON: {error}") from None
-    carried = data.get("task") if isinstance(data, Mapping) else None
-    return None if carried is None else task_from_json(carried, file, overrides)
+    return data.get("task") if isinstance(data, Mapping) else None
 
 
 def _put_infinities_back(tables: dict[str, Any]) -> None:

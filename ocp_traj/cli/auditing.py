@@ -84,7 +84,8 @@ def _from_file(
 
 def _from_durations(task: TrajectoryTask, text: str) -> tuple[Trajectory, TrajectoryTask]:
     """Return the motion, and the task without the end conditions that only virtual knots could meet."""
-    from ocp_traj.transcription import trajectory_from_durations, without_virtual_knots
+    from ocp_traj.transcription import trajectory_from_durations
+    from ocp_traj.transcription.curve import without_virtual_knots
 
     try:
         values = [float(entry) for entry in text.split(",")]
@@ -94,7 +95,10 @@ def _from_durations(task: TrajectoryTask, text: str) -> tuple[Trajectory, Trajec
         raise InputError(
             f"--durations has {len(values)} numbers, expected {task.gaps}, one a gap between waypoints"
         )
-    if not all(0 < value < float("inf") for value in values):
+    from ocp_traj.task.preparing import passed_once
+
+    zero_allowed = passed_once(task)
+    if not all(0 < value < float("inf") or (value == 0 and zero) for value, zero in zip(values, zero_allowed)):
         raise InputError(f"--durations {text!r} given, expected positive numbers of seconds")
     import numpy as np
 

@@ -15,7 +15,8 @@ from helpers.folders import ROOT
 def areas() -> dict[str, dict[str, list[str]]]:
     """Return the tables as ``tests/whole/mutation/run.py`` has them."""
     code = "from areas import AREAS; print(AREAS)"
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT / "tests/whole/mutation", capture_output=True, text=True, check=True)
+    place = ROOT / "tests" / "whole" / "mutation"
+    done = subprocess.run([sys.executable, "-c", code], cwd=place, capture_output=True, text=True, check=True)
     found: dict[str, dict[str, list[str]]] = ast.literal_eval(done.stdout)
     return found
 
