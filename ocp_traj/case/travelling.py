@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ocp_traj.case.chains import chain_table, robot_of_chain
+from ocp_traj.case.chains import LIMITS, chain_table, robot_of_chain
 from ocp_traj.case.reading import task_from_tables
 from ocp_traj.case.section import Section
 from ocp_traj.case.toml_files import apply_override, read_text
@@ -140,7 +140,7 @@ def _put_infinities_back(tables: dict[str, Any]) -> None:
             _restore(table, tuple(JOINT_LIMITS))
     chain = _inside(tables, "robot", "chain", "joints")
     for joint in chain if isinstance(chain, list) else ():
-        _restore_pairs(joint, ("position", "velocity", "torque"))
+        _restore_pairs(joint, LIMITS)
     bounds = _inside(tables, "objective", "bounds")
     _restore_pairs(bounds, ("duration",))
     if isinstance(bounds, dict) and isinstance(bounds.get("gap_durations"), list):

@@ -75,7 +75,8 @@ def robot_from_urdf(
         joints = tuple(joint for joint in list(model.names)[1:] if joint in selection.free)
         if not joints:
             raise RobotError("has no joint left that moves")
-        coupling = _coupling(model, joints, selection)
+        rules = {name: (rule.driver, rule.multiplier, rule.offset) for name, rule in selection.followers.items()}
+        coupling = Coupling.of(list(model.names)[1:], joints, rules) if rules else None
         limits = _limits(tree, joints, selection)
     except RobotError as error:
         if str(error).startswith("robot description "):
@@ -132,21 +133,6 @@ def _full_model(tree: UrdfTree) -> Any:
                 f"joint {model.names[index]}: its link has a mass of {inertia.mass:g} kg, expected 0 or more"
             )
     return model
-
-
-def _coupling(model: Any, joints: tuple[str, ...], selection: Selection) -> Coupling | None:
-    if not selection.followers:
-        return None
-    names = tuple(model.names)[1:]
-    matrix, offset = np.zeros((len(names), len(joints))), np.zeros(len(names))
-    for row, name in enumerate(names):
-        follower = selection.followers.get(name)
-        if follower is None:
-            matrix[row, joints.index(name)] = 1.0
-        else:
-            matrix[row, joints.index(follower.driver)] = follower.multiplier
-            offset[row] = follower.offset
-    return Coupling(names, matrix, offset)
 
 
 def _limits(tree: UrdfTree, joints: tuple[str, ...], selection: Selection) -> dict[str, Array]:

@@ -13,6 +13,7 @@ import pytest
 from ocp_traj.exceptions import RobotError
 from ocp_traj.robot import load_robot, robot_from_urdf
 from ocp_traj.robot.description import xacro
+from ocp_traj.robot.description.srdf import srdf_beside
 
 BODY = (
     '<inertial><origin xyz="0.02 0 0.1"/><mass value="1.5"/>'
@@ -263,6 +264,21 @@ def test_a_group_names_the_joints_of_the_task(tmp_path: Path, group: str, joints
         robot = robot_from_urdf(path, group=group, srdf=srdf)
         assert robot.joint_names == joints
         assert robot.tool == {"shoulder": "tool0", "elbow": "tool0", "finger_1": "left"}[joints[-1]]
+
+
+def test_the_srdf_that_belongs_to_a_description_is_found(tmp_path: Path) -> None:
+    (tmp_path / "urdf").mkdir()
+    (tmp_path / "srdf").mkdir()
+    urdf = tmp_path / "urdf" / "ur5_robot.urdf"
+    assert srdf_beside(urdf) is None
+    for name in ("manipulation", "ur5", "ur5_rob", "ur5_gripper"):
+        (tmp_path / "srdf" / f"{name}.srdf").touch()
+        found = srdf_beside(urdf)
+        assert found is not None
+        assert found.stem == {"ur5_gripper": "ur5_rob"}.get(name, name)
+    assert srdf_beside(urdf.with_name("other.urdf")) is None
+    urdf.with_suffix(".srdf").touch()
+    assert srdf_beside(urdf) == urdf.with_suffix(".srdf")
 
 
 @pytest.mark.parametrize(
