@@ -7,7 +7,10 @@ from ocp_traj.task import TrajectoryTask
 from ocp_traj.task.preparing import prepare
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
 from ocp_traj.transcription.condensed.encodings import Encoding
-from ocp_traj.transcription.curve import build_trajectory, trajectory_from_durations
+from ocp_traj.transcription.curve import (
+    build_trajectory,
+    trajectory_from_durations,
+)
 from ocp_traj.transcription.guess import initial_guess, insert_knots
 from ocp_traj.transcription.lifted.lifted import ExtraPoints, LiftedNlp
 from ocp_traj.transcription.nlp import Nlp

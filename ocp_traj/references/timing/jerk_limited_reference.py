@@ -83,7 +83,7 @@ def jerk_limited_reference(
     if curve.curve is None:
         return nothing_moves("convex-jerk", curve, task)
     deadline = Deadline(time_limit)
-    if deadline.passed:
+    if deadline.left <= 0.0:
         return ReferenceResult("convex-jerk", curve.name, None, "the time limit left no time for this path")
     began = time.perf_counter()
     grid = sample_path(curve, points, dense_ends=True)
