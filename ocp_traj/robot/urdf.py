@@ -159,7 +159,7 @@ def _limits(tree: UrdfTree, joints: tuple[str, ...], selection: Selection) -> di
 def _default_tool(model: Any, tree: UrdfTree, joint: str) -> str:
     import pinocchio as pin
 
-    number = model.getJointId(joint)
+    number = list(model.names).index(joint, 1)  # 0 is the root, called "universe"
     bodies = [
         frame.name
         for frame in model.frames
