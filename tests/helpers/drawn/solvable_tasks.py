@@ -199,3 +199,44 @@ def random_start(task: TrajectoryTask, rng: np.random.Generator) -> Trajectory:
     inside = times[:-1, None] + durations[:, None] * np.arange(per_gap) / per_gap
     knots = np.append(inside.ravel(), times[-1])
     return hermite_curve(task, knots, curve(knots), curve(knots, 1), knots[::per_gap])
+
+
+def moving_end_task(seed: int) -> TrajectoryTask:
+    """Return two to seven joints with ends that move, half of them nearly along a line, half of them loose."""
+    rng = np.random.default_rng([7, seed])
+    n, count = int(rng.integers(2, 8)), int(rng.integers(3, 7))
+    dense = bool(seed % 2)
+    if dense:
+        passed = np.concatenate([[0.0], np.sort(rng.uniform(0.03, 0.97, count - 2)), [1.0]])[:, None]
+        aside = 0.05 * rng.standard_normal((count, n)) * passed * (1 - passed)
+        points = (passed * (1 + aside)) * rng.uniform(0.2, 2, n) * rng.choice([-1, 1], n)
+    else:
+        points = rng.uniform(-1, 1, (count, n))
+    acceleration, speed = np.full(n, 5.0), np.full(n, 50.0 if seed % 4 < 2 else 2.0)
+    velocity, part, kind = np.zeros((2, n)), rng.uniform(0.3, 0.95), int(rng.integers(3))
+    for side, (first, last) in enumerate(((0, 1), (-2, -1))):
+        if kind in (side, 2):
+            step = points[-1] - points[0] if dense else points[last] - points[first]
+            reach = np.minimum(speed, np.sqrt(2 * acceleration * np.abs(step)))
+            velocity[side] = part * np.min(reach / np.maximum(np.abs(step), 1e-9)) * step
+    limits = Limits(velocity=speed, acceleration=acceleration)
+    boundary = Boundary(velocity=np.clip(velocity, -0.95 * speed, 0.95 * speed))
+    return TrajectoryTask(points, limits, virtual_knots=3, boundary=boundary, name=f"moving-ends-{seed}")
+
+
+def squeezed_task(seed: int) -> TrajectoryTask:
+    """Return a task that may have no motion: a solvable one with less time, faster ends or narrower positions."""
+    rng = np.random.default_rng([23, seed])
+    drawn = solvable_task(seed)
+    task, witness = drawn.task, drawn.witness
+    kind = int(rng.integers(4))
+    bounds = Objective(time=1.0)
+    if kind == 0:
+        bounds = Objective(time=1.0, duration=(0.0, witness.duration * 10.0 ** rng.uniform(-1.0, 0.0)))
+    elif kind == 1:
+        gaps = witness.segment_durations * 10.0 ** rng.uniform(-0.7, 0.1, task.gaps)
+        bounds = Objective(time=1.0, gap_durations=np.stack([gaps, gaps], axis=1))
+    elif kind == 2 and task.limited("velocity"):
+        speed = np.abs(task.limits.get("velocity")).max(axis=(0, 1)) * rng.uniform(0.5, 1.2)
+        return task.changed(boundary=Boundary(np.stack([speed, -speed])), objective=bounds)
+    return task.changed(objective=bounds)

@@ -9,7 +9,7 @@ import numpy as np
 from ocp_traj.arrays import Array
 from ocp_traj.limits.limit import bound_scales
 from ocp_traj.quantities import JOINT_LIMITS, RATES
-from ocp_traj.solvers.gradient.reach import cannot_keep_durations, cannot_stop
+from ocp_traj.solvers.gradient.reasons.reach import cannot_keep_durations, cannot_stop
 from ocp_traj.task import Objective, TrajectoryTask
 
 
