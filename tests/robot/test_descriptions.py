@@ -145,6 +145,7 @@ def test_what_cannot_be_is_refused_by_name(tmp_path: Path, parts: list[str], sen
         (b"no xml", "is not a valid URDF"),
         (b"\x00\x01\x02", "is not a valid URDF"),
         (b"<robot name='r'/>", "has no links, expected an arm"),
+        (b"<robot name='r'>&amp;&nothing;</robot>", "is not a valid URDF: undefined entity"),
     ],
 )
 def test_what_is_no_description_is_refused(tmp_path: Path, content: bytes, sentence: str) -> None:
@@ -161,6 +162,14 @@ def test_names_keep_their_letters_in_any_encoding(tmp_path: Path, encoding: str,
     (tmp_path / "arm.urdf").write_bytes(text.encode(encoding))
     robot = robot_from_urdf(tmp_path / "arm.urdf")
     assert (robot.name, robot.joint_names) == ("Größe", ("Drehgelenk für B",))
+
+
+def test_prefixes_that_nobody_declared_and_default_namespaces_do_no_harm(tmp_path: Path) -> None:
+    parts = f'{link("a", "")}{link("tool0")}{joint("universe", "a", "tool0")}<gazebo:x y:z="1"/><d:joint/>'
+    path = tmp_path / "arm.urdf"
+    path.write_text(f'<robot name="arm" xmlns="http://drake.mit.edu">{parts}</robot>')
+    robot = robot_from_urdf(path)
+    assert (robot.joint_names, robot.tool) == (("universe",), "tool0")
 
 
 @pytest.mark.parametrize(("kind", "length"), [("fixed", 5000), ("fixed", 301), ("floating", 150)])
