@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import click
 from click.shell_completion import CompletionItem
+
+if TYPE_CHECKING:
+    Names = click.ParamType[str]
+else:
+    Names = click.ParamType
 
 
 def _matching(names: list[str], incomplete: str, prefix: str = "") -> list[CompletionItem]:
     return [CompletionItem(prefix + name) for name in names if name.startswith(incomplete)]
 
 
-class CaseName(click.ParamType):
+class CaseName(Names):
     """A packaged case's name or the path of a case file."""
 
     name = "case"
@@ -24,7 +31,7 @@ class CaseName(click.ParamType):
         return _matching(case_names(), incomplete) or [CompletionItem(incomplete, type="file")]
 
 
-class SolverName(click.ParamType):
+class SolverName(Names):
     """A solver's name, with parameters if wanted; or several with commas between."""
 
     name = "solver"
@@ -39,7 +46,7 @@ class SolverName(click.ParamType):
         return _matching(solver_names(), last, before + comma)
 
 
-class Override(click.ParamType):
+class Override(Names):
     """``KEY=VALUE``."""
 
     name = "override"

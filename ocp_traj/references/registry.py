@@ -13,10 +13,15 @@ from ocp_traj.references.reference import (
     Reference,
     ReferenceFinding,
     ReferenceRequest,
+    missing_packages,
 )
 
 GROUP = "ocp_traj.references"
 """Entry points of this group are `Reference` objects."""
+
+
+CONVEX_PACKAGES = ("cvxpy", "clarabel")
+"""What convex path tracking needs."""
 
 
 def _find_bound(request: ReferenceRequest) -> ReferenceFinding:
@@ -49,7 +54,11 @@ def _find_jerk_estimate(request: ReferenceRequest) -> ReferenceFinding:
     except InputError as error:
         return ReferenceFinding({}, {"": str(error)})
     results = []
+    missing = " and ".join(missing_packages(CONVEX_PACKAGES))
     for path in () if request.brief else ("uniform", "chord"):
+        if missing:
+            results.append(ReferenceResult("convex-jerk", path, None, f"needs {missing}, not installed here"))
+            continue
         try:
             results.append(jerk_limited_reference(request.task, path))
         except InputError as error:
@@ -86,8 +95,10 @@ REFERENCES = (
         {"lower": (PROVED, "kinematic bound"), "estimate": (ESTIMATED, "kinematic estimate")},
         "Bound: certified kinematic bound, or its estimate where there is no certificate (marked ~).",
     ),
-    Reference("toppra", "TOPP-RA", _find_toppra, note="TOPP-RA: the best of its paths."),
-    Reference("convex", "convex", _find_convex, option="convex", compared=False),
+    Reference(
+        "toppra", "TOPP-RA", _find_toppra, note="TOPP-RA: the best of its paths.", requires=("toppra",)
+    ),
+    Reference("convex", "convex", _find_convex, option="convex", compared=False, requires=CONVEX_PACKAGES),
     Reference(
         "jerk_estimate",
         "jerk estimate",

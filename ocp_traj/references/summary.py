@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ocp_traj.exceptions import InputError
-from ocp_traj.references.reference import ReferenceFinding, ReferenceRequest
+from ocp_traj.exceptions import InputError, UnavailableError
+from ocp_traj.references.reference import Reference, ReferenceFinding, ReferenceRequest
 from ocp_traj.references.registry import all_references, reference_named
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ def collect_references(
     findings = {}
     for reference in known:
         if wanted.get(reference.option, reference.wanted):
-            findings[reference.name] = reference.find(request)
+            findings[reference.name] = _found(reference, request)
         elif reference.wanted:  # its place in the answer stays
             findings[reference.name] = ReferenceFinding(dict.fromkeys(request.path_names))
     found = ReferenceSet(task, findings)
@@ -129,6 +129,15 @@ def collect_references(
         if "." in name:  # a path that could not be timed
             _logger.warning("%s: %s", name.replace(".", " on the path "), reason)
     return found
+
+
+def _found(reference: Reference, request: ReferenceRequest) -> ReferenceFinding:
+    """Return what a reference finds; nothing, with the reason, where a package that it needs is not there."""
+    try:
+        reference.check_available()
+    except UnavailableError as error:
+        return ReferenceFinding(dict.fromkeys(request.path_names), {"": str(error)})
+    return reference.find(request)
 
 
 def references(
@@ -166,6 +175,6 @@ def reference_columns(task: TrajectoryTask, *, time_limit: float = 20.0) -> dict
         Seconds the bound may take.
     """
     request = ReferenceRequest(task, time_limit=time_limit)
-    bound, toppra = (reference_named(name).find(request).seconds for name in ("kinematic_bound", "toppra"))
+    bound, toppra = (_found(reference_named(name), request).seconds for name in ("kinematic_bound", "toppra"))
     found = [duration for duration in toppra.values() if duration is not None]
     return {"kinematic_bound": dict(bound), "toppra": min(found, default=None)}
