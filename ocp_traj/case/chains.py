@@ -10,7 +10,8 @@ from ocp_traj.arrays import Array
 from ocp_traj.case.section import Section
 
 if TYPE_CHECKING:
-    from ocp_traj.robot import Chain, ChainBody, Robot
+    from ocp_traj.robot import Robot
+    from ocp_traj.robot.chain import Chain, ChainBody
 
 KINDS = ("revolute", "continuous", "prismatic")
 """Types of joints."""
@@ -23,7 +24,7 @@ _MAX_PARENT = 10_000
 
 def chain_table(robot: Robot) -> dict[str, Any]:
     """Return the chain of a robot as plain values: lists, texts, numbers (infinite limits are infinite)."""
-    from ocp_traj.robot import chain_of
+    from ocp_traj.robot.chain import chain_of
 
     chain = chain_of(robot)
     joints = [
@@ -71,14 +72,14 @@ def robot_of_chain(section: Section) -> Robot:
     RobotError
         Joints, frames or limits do not fit together.
     """
-    from ocp_traj.robot import robot_from_chain
+    from ocp_traj.robot.chain import robot_from_chain
 
     section.check_keys(("name", "root", "joints", "frames", "tool", "base"))
     return robot_from_chain(_read_chain(section), section.text("tool"), section.text("base"))
 
 
 def _read_chain(section: Section) -> Chain:
-    from ocp_traj.robot import Chain, ChainFrame, ChainJoint
+    from ocp_traj.robot.chain import Chain, ChainFrame, ChainJoint
 
     body_keys = ("mass", "com", "inertia")
     placed_keys = ("rotation", "translation")
@@ -117,7 +118,7 @@ def _read_placement(table: Section) -> Array:
 
 
 def _read_body(table: Section) -> ChainBody:
-    from ocp_traj.robot import ChainBody
+    from ocp_traj.robot.chain import ChainBody
 
     mass = table.number("mass")
     if mass < 0:

@@ -84,7 +84,8 @@ def _from_file(
 
 def _from_durations(task: TrajectoryTask, text: str) -> tuple[Trajectory, TrajectoryTask]:
     """Return the motion, and the task without the end conditions that only virtual knots could meet."""
-    from ocp_traj.transcription import trajectory_from_durations, without_virtual_knots
+    from ocp_traj.transcription import trajectory_from_durations
+    from ocp_traj.transcription.curve import without_virtual_knots
 
     try:
         values = [float(entry) for entry in text.split(",")]

@@ -280,7 +280,7 @@ def test_what_is_no_file_among_the_trajectories_is_told(folder: Path, kind: str)
     assert run(["report", str(folder)]) == 0
     report = (folder / "report.md").read_text()
     assert "its motion is lost" in report
-    assert ("it is a folder" if kind == "folder" else "it is not a regular file") in report
+    assert ("Is a directory" if kind == "folder" else "it is not a regular file") in report
 
 
 def test_names_and_messages_are_no_html_in_the_report(folder: Path) -> None:
