@@ -16,7 +16,7 @@ from ocp_traj.task import TrajectoryTask
 from ocp_traj.task.limits import default_limits
 
 if TYPE_CHECKING:
-    from ocp_traj.robot import Robot
+    from ocp_traj.robot import Robot, RobotSource
 
 
 def dumps(task: TrajectoryTask, folder: Path | None = None) -> str:
@@ -192,7 +192,12 @@ def described(robot: Robot, folder: Path) -> Arm:
 
     source = robot.source or RobotSource()
     if source.name:
-        return {"model": source.name}, load_robot(source.name)
+        named = load_robot(source.name)
+        assert named.source is not None  # read from a URDF
+        if named.joint_names == robot.joint_names and named.source.lock == source.lock:
+            return {"model": source.name}, named
+        chosen = _selection(robot, source)
+        return {"model": source.name, **chosen}, load_robot(source.name, **chosen)
     if source.dh is not None:
         return {"dh": dict(source.dh)}, robot_from_dh(**source.dh)
     if source.urdf is None:
@@ -200,7 +205,15 @@ def described(robot: Robot, folder: Path) -> Arm:
     relative = Path(os.path.relpath(source.urdf.resolve(), folder.resolve()))
     if ".." in relative.parts:
         raise TaskError("robot.urdf", f"{source.urdf.name} does not lie below the folder of the case file")
-    table: dict[str, Any] = {"urdf": relative.as_posix()}
-    if source.lock:
+    chosen = _selection(robot, source)
+    return {"urdf": relative.as_posix(), **chosen}, robot_from_urdf(source.urdf, **chosen)
+
+
+def _selection(robot: Robot, source: RobotSource) -> dict[str, Any]:
+    """Return the keys that say which joints of a description stand still, and where if not at zero."""
+    table: dict[str, Any] = {"keep": list(robot.joint_names)} if source.name else {}
+    if any(source.lock.values()):
+        table["lock"] = dict(source.lock)
+    elif source.lock and not source.name:
         table["lock"] = list(source.lock)
-    return table, robot_from_urdf(source.urdf, source.lock)
+    return table

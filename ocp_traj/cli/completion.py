@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import click
 from click.shell_completion import CompletionItem
-
-if TYPE_CHECKING:
-    Names = click.ParamType[str]
-else:
-    Names = click.ParamType
 
 
 def _matching(names: list[str], incomplete: str, prefix: str = "") -> list[CompletionItem]:
     return [CompletionItem(prefix + name) for name in names if name.startswith(incomplete)]
 
 
-class CaseName(Names):
+class CaseName(click.ParamType):  # type: ignore[type-arg]  # generic in newer releases only
     """A packaged case's name or the path of a case file."""
 
     name = "case"
@@ -31,7 +24,7 @@ class CaseName(Names):
         return _matching(case_names(), incomplete) or [CompletionItem(incomplete, type="file")]
 
 
-class SolverName(Names):
+class SolverName(click.ParamType):  # type: ignore[type-arg]  # generic in newer releases only
     """A solver's name, with parameters if wanted; or several with commas between."""
 
     name = "solver"
@@ -46,7 +39,7 @@ class SolverName(Names):
         return _matching(solver_names(), last, before + comma)
 
 
-class Override(Names):
+class Override(click.ParamType):  # type: ignore[type-arg]  # generic in newer releases only
     """``KEY=VALUE``."""
 
     name = "override"

@@ -28,7 +28,7 @@ class ReferenceRequest:
     trajectory : Trajectory or None
         A motion through the same waypoints, whose path is timed too.
     time_limit : float
-        Seconds for the proof of a lower bound.
+        Seconds that the reference may take.
     rng : numpy.random.Generator or None
         For the starting points of local searches.
     brief : bool
@@ -107,6 +107,8 @@ class Reference:
         Whether comparisons compute it, once per case.
     requires : tuple of str
         Packages without which there is none of its timings; everything else works without them.
+    patient : bool
+        Whether it uses all the time there is, so that it is computed after the others.
     """
 
     name: str
@@ -118,6 +120,7 @@ class Reference:
     wanted: bool = True
     compared: bool = True
     requires: tuple[str, ...] = ()
+    patient: bool = False
 
     def check_available(self) -> None:
         """Raise `UnavailableError` where a package that it needs is not installed."""

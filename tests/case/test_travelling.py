@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import ocp_traj as ot
-from helpers.small_tasks import SMALL_ARM
+from helpers.small_tasks import ARM
 from ocp_traj.case import carried_task, case_names, load_case, task_digest, task_from_json, task_to_json
 from ocp_traj.exceptions import CaseError
 from ocp_traj.robot import Friction, Payload, robot_from_urdf
@@ -28,7 +28,7 @@ def through_text(task: TrajectoryTask) -> TrajectoryTask:
 @pytest.fixture(name="arm")
 def make_arm(tmp_path: Path) -> ot.Robot:
     path = tmp_path / "arm.urdf"
-    path.write_text(SMALL_ARM)
+    path.write_text(ARM)
     return robot_from_urdf(path)
 
 

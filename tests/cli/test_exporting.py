@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
-from helpers.small_tasks import SMALL_ARM
+from helpers.small_tasks import ARM
 from ocp_traj.audit import audit
 from ocp_traj.case import carried_task, load_case
 from ocp_traj.cli.main import run
@@ -36,7 +36,7 @@ jerk = 90.0
 def make_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A result and a motion of a case of one's own; case and robot are gone."""
     folder = tmp_path_factory.mktemp("own")
-    (folder / "arm.urdf").write_text(SMALL_ARM)
+    (folder / "arm.urdf").write_text(ARM)
     (folder / "my-case.toml").write_text(CASE)
     files = ["--json", str(folder / "r.json"), "--output", str(folder / "motion.csv"), "--rate", "100"]
     assert run(["solve", str(folder / "my-case.toml"), *files]) == 0

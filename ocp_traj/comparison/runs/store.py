@@ -120,8 +120,8 @@ class Store:
         elif path.stat().st_size == 0:
             raise InputError(f"{folder} holds no comparison: {FILE_NAME} is empty")
         try:
-            patience = WRITER_SECONDS if create else READER_SECONDS
-            self._connection = sqlite3.connect(path, timeout=patience, isolation_level=None)
+            seconds = WRITER_SECONDS if create else READER_SECONDS
+            self._connection = sqlite3.connect(path, timeout=seconds, isolation_level=None)
         except sqlite3.DatabaseError as error:
             raise InputError(f"{path} cannot be opened: {error}") from None
         self._connection.row_factory = sqlite3.Row
