@@ -97,6 +97,8 @@ def run(arguments: list[str] | None = None) -> int:
         _drop_standard_output()
         place = error.filename or "standard output or a file"
         return complain(f"{place} cannot be used: {error.strerror or error}")
+    except ModuleNotFoundError as error:
+        return complain(f"this needs the package {error.name}, not installed here (pip install {error.name})")
     except ImportError as error:
         return complain(f"a library cannot be loaded: {error}")
     except MemoryError:
