@@ -12,13 +12,16 @@ import numpy as np
 from metaheuristics import Status
 from ocp_traj.audit import Verdict, audit
 from ocp_traj.audit.costs import energy, objective_value
+from ocp_traj.case import task_to_json
 from ocp_traj.files import finite
 from ocp_traj.solvers import Outcome, Request, Solver, parse_solver
 from ocp_traj.solvers.gradient.slow import slow_motion
 from ocp_traj.solvers.mending import draw_in, is_oversight, slowed_into_limits, solve_tighter
 from ocp_traj.solvers.outcomes import add_counts
+from ocp_traj.solvers.prepared import run_prepared
 from ocp_traj.solvers.registry import follow_protocol
 from ocp_traj.solvers.solver import ProgressCallback
+from ocp_traj.task.preparing import prepare
 from ocp_traj.trajectory_files import to_json as trajectory_to_json
 from ocp_traj.version import __version__
 
@@ -129,6 +132,7 @@ class SolveResult:
             "solve_time": self.solution.solve_time,
             "references": references,
             "trajectory": None if self.trajectory is None else trajectory_to_json(self.trajectory),
+            "task": task_to_json(self.task),
             "versions": versions(),
         }
 
@@ -205,7 +209,7 @@ def solve(
     name = solver if isinstance(solver, str) else type(solver).__name__
     chosen = follow_protocol(parse_solver(solver) if isinstance(solver, str) else solver, task)
     request = Request(seed, budget, time_limit, progress, warm_start)
-    result = judge(task, name, seed, chosen.run(task, request))
+    result = judge(task, name, seed, run_prepared(chosen, task, request))
     if chosen.kind in ("gradient", "hybrid") and is_oversight(result.audit, result.solution.status):
         last = chosen if chosen.kind == "gradient" else parse_solver("ipopt")
         result = _mended(last, result, request)
@@ -276,7 +280,7 @@ def _slowed(result: SolveResult) -> SolveResult:
 def _no_worse(result: SolveResult, start: Trajectory) -> SolveResult:
     """Return the motion the solver was started from where it is feasible and the solver found nothing better."""
     task = result.task
-    segments = task.gaps * (task.virtual_knots + 1)
+    segments = prepare(task).task.gaps * (task.virtual_knots + 1)
     if start.family != task.family or len(start.breakpoints) != segments + 1:
         return result
     verdict = audit(task, start)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import stat
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -13,15 +12,22 @@ from typing import Any
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.case import task_to_json
 from ocp_traj.exceptions import InputError
-from ocp_traj.files import write_atomically
+from ocp_traj.files import read_regular, write_atomically
 from ocp_traj.spline.hermite import hermite_pieces
+from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
 SCHEMA = 1
-MAX_ROWS = 5_000_000
+MAX_ROWS = 1_000_000
+"""Largest number of samples of a CSV file."""
+
+MAX_NUMBERS = 10_000_000
+"""Largest number of numbers of a CSV file that is read."""
+
 MAX_DEGREE = 30
-_MAX_BYTES = 2**30
+_MAX_BYTES = 2**29
 _NEAR = 1e-9
 COLUMN_AGREEMENT = 1e-6
 
@@ -100,9 +106,14 @@ def _array(data: Mapping[str, Any], key: str, dimensions: int, file: str) -> Arr
     return array.astype(np.float64)
 
 
-def write_json(path: str | os.PathLike[str], trajectory: Trajectory) -> None:
-    """Write the exact curve."""
-    _write(Path(path), json.dumps(to_json(trajectory), allow_nan=False) + "\n")
+def write_json(
+    path: str | os.PathLike[str], trajectory: Trajectory, task: TrajectoryTask | None = None
+) -> None:
+    """Write the exact curve, and the task that travels with it."""
+    data = to_json(trajectory)
+    if task is not None:
+        data["task"] = task_to_json(task)
+    _write(Path(path), json.dumps(data, allow_nan=False) + "\n")
 
 
 def read_json(path: str | os.PathLike[str]) -> Trajectory:
@@ -136,7 +147,7 @@ def sample_times(trajectory: Trajectory, rate: float) -> Array:
     Raises
     ------
     InputError
-        The rate is not positive or gives more than 5 million samples.
+        The rate is not positive or gives more than a million samples.
     """
     if not (math.isfinite(rate) and rate > 0):
         raise InputError(f"rate is {rate}, expected a positive number of samples a second")
@@ -150,7 +161,11 @@ def sample_times(trajectory: Trajectory, rate: float) -> Array:
 
 
 def write_csv(
-    path: str | os.PathLike[str], trajectory: Trajectory, rate: float = 1000.0, torques: Torques | None = None
+    path: str | os.PathLike[str],
+    trajectory: Trajectory,
+    rate: float = 1000.0,
+    torques: Torques | None = None,
+    task: TrajectoryTask | None = None,
 ) -> None:
     """Write samples ``t,q1..,v1..,a1..,j1..[,tau1..]`` in SI with 17 digits, and the exact curve beside them.
 
@@ -163,6 +178,8 @@ def write_csv(
         Samples a second.
     torques : callable, optional
         (q, v, a), each (N, n), to torques (N, n), for instance `Robot.torque`.
+    task : TrajectoryTask, optional
+        The task that travels with the exact curve.
 
     Raises
     ------
@@ -179,7 +196,7 @@ def write_csv(
     rows = np.column_stack([times, *states])
     lines = [header] + [",".join(format(value, ".17g") for value in row) for row in rows.tolist()]
     _write(Path(path), "\n".join(lines) + "\n")
-    write_json(spline_path(path), trajectory)
+    write_json(spline_path(path), trajectory, task)
 
 
 def read_csv(path: str | os.PathLike[str]) -> Trajectory:
@@ -257,6 +274,11 @@ def _read_columns(path: Path) -> dict[str, Array]:
     missing = [name for group in wanted.values() for name in group if name not in names]
     if missing:
         raise InputError(f"{path}: header: column {missing[0]} is missing")
+    if body.count("\n") > min(MAX_ROWS + 1, MAX_NUMBERS // len(names)):
+        raise InputError(
+            f"{path}: has more than {min(MAX_ROWS, MAX_NUMBERS // len(names))} rows of {len(names)} numbers, "
+            "expected fewer: sample it more coarsely"
+        )
     rows = [line.split(",") for line in body.splitlines() if line.strip()]
     if len(rows) < 2:
         raise InputError(f"{path}: {len(rows)} rows given, expected at least 2")
@@ -281,12 +303,7 @@ def _read(path: Path) -> str:
     if "\0" in str(path):
         raise InputError(f"{str(path)!r} is no path, it holds a null character")
     try:
-        found = path.stat()
-        if not (stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode)):
-            raise InputError(f"{path}: is not a regular file")  # a device may never end, a pipe never begin
-        if found.st_size > _MAX_BYTES:
-            raise InputError(f"{path}: is larger than {_MAX_BYTES} bytes")
-        return path.read_text(encoding="utf-8")
+        return read_regular(path, _MAX_BYTES).decode("utf-8")
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:

@@ -8,6 +8,7 @@ import numpy as np
 
 from metaheuristics import Status
 from ocp_traj.audit import Verdict, audit
+from ocp_traj.solvers.prepared import run_prepared
 from ocp_traj.solvers.solver import Outcome, Request, Solver
 from ocp_traj.task import Limits, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
@@ -99,7 +100,7 @@ def solve_tighter(
     request : Request
         What is left of budget and time, warm.
     """
-    return solver.run(task.changed(limits=tightened(task, fractions)), request)
+    return run_prepared(solver, task.changed(limits=tightened(task, fractions)), request)
 
 
 def tightened(task: TrajectoryTask, fractions: float | Mapping[str, float]) -> Limits:

@@ -64,7 +64,7 @@ def test_a_waypoint_is_missed_if_either_piece_misses_it(before: float, after: fl
 
 def test_no_slowing_mends_a_jump_whatever_else_is_kept() -> None:
     motion = Trajectory([0.0, 0.5, 1.0], [[[0.0, 0.0, 2.0]], [[0.5, 2.0, -2.0]]], [0.0, 1.0])
-    verdict = audit(TrajectoryTask([[0.0], [1.0]], Limits(velocity=3.0, jerk=1.0)), motion)
+    verdict = audit(TrajectoryTask([[0.0], [1.0]], Limits(velocity=3.0, jerk=1.0), virtual_knots=0), motion)
     assert np.isfinite(verdict.limits["velocity"].ratio)
     assert np.isinf(verdict.limits["jerk"].ratio)
     assert len(verdict.findings) == 1

@@ -33,6 +33,8 @@ def recover(
     the way is named: a shortest motion that takes too long, or the limits that the elastic phase had to break. As
     that looks near its start only, more starts have to fail, too.
     """
+    if failed.status is Status.TIME_EXHAUSTED:
+        return failed, ""
     contained = with_fewer_knots(task, failed, settings, account)
     if contained is not None:
         answer = attempt(task, contained.trajectory, settings, account, continued=False)
@@ -101,7 +103,7 @@ def with_fewer_knots(
         if account.exhausted():
             break
         try:
-            smaller = task.changed(virtual_knots=knots)
+            smaller = task.changed(virtual_knots=knots, boundary=task.boundary)
         except TaskError:  # too few knots for the boundary conditions
             continue
         answer = attempt(smaller, None, settings, account, continued=knots > 0)

@@ -109,7 +109,7 @@ class LiftedNlp(Nlp):
             rows=parts.labels(),
         )
 
-    def decode(self, x: Array) -> Trajectory:
+    def motion(self, x: Array) -> Trajectory:
         """Return the spline through the knots of x, made consistent first; exact at waypoints and boundaries."""
         consistent = consistent_variables(self.layout, np.asarray(x)[: self.layout.size])
         durations = np.maximum(self.layout.durations(consistent), np.finfo(float).tiny)
