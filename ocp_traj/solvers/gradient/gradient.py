@@ -73,13 +73,12 @@ class Gradient(GradientSettings, Solver):
         if gives_durations(task):
             return attempt_held(task, self, account)
         answers = [attempt(task, None, self, account, continued=True)]
-        if task.family.has_lifted_form:
-            most = max(self.tuning.few_knots_iterations, account.evaluations)
-            alike = replace(self, iterations=min(self.iterations, most))  # no start costs much more than the first
-            for start in islice(further_starts(task), self.tuning.further_starts):
-                if account.exhausted():
-                    break
-                answers.append(attempt(task, start, alike, account, continued=True))
+        most = max(self.tuning.few_knots_iterations, account.evaluations)
+        alike = replace(self, iterations=min(self.iterations, most))  # no start costs much more than the first
+        for start in islice(further_starts(task), self.tuning.further_starts):
+            if account.exhausted():
+                break
+            answers.append(attempt(task, start, alike, account, continued=True))
         return best_answer(task, answers)
 
     def check_available(self) -> None:

@@ -60,8 +60,11 @@ def _draw(rng: np.random.Generator, name: str) -> SolvableTask:
         sides = [[0], [1], [0, 1]][int(rng.integers(3))]
         velocity[sides] = rng.uniform(-1, 1, (len(sides), n)) * size * pace
         velocity[:, np.ptp(waypoints, axis=0) == 0] = 0.0
+    boundary = Boundary(velocity)
+    if family == "cubic" and knots > 1 and rng.random() < 0.5:
+        boundary = Boundary(velocity, acceleration=0.0)
     task = TrajectoryTask(
-        waypoints, Limits(), family=family, virtual_knots=knots, boundary=Boundary(velocity), name=name
+        waypoints, Limits(), family=family, virtual_knots=knots, boundary=boundary, name=name
     )
     witness = _witness(rng, task, pace)
     weights: dict[str, Any] = {"time": 1.0}
@@ -123,6 +126,8 @@ def _limits(rng: np.random.Generator, task: TrajectoryTask, witness: Trajectory,
     for order, name in enumerate(RATES, start=1):
         if rng.random() < (0.15, 0.25, 0.5)[order - 1] and len(limits) + 3 - order > 0:
             continue
+        if name == "jerk" and task.boundary.acceleration is None:
+            continue  # which starts and ends with an unlimited jerk
         room = TIGHTEST + (10.0 ** rng.uniform(-1.5, rng.choice([0.5, 3.0])))
         low, high = extremes[order]
         if rng.random() < 0.3:
@@ -130,7 +135,7 @@ def _limits(rng: np.random.Generator, task: TrajectoryTask, witness: Trajectory,
         else:
             low, high = np.tile(low.min(axis=0), (task.gaps, 1)), np.tile(high.max(axis=0), (task.gaps, 1))
         largest = np.maximum(np.abs(low), np.abs(high)).max(axis=0)
-        largest = np.where(largest > 0, largest, largest.max() or 1.0)
+        largest = np.where(largest > 1e-9 * largest.max(), largest, largest.max() or 1.0)  # else it is rounding
         if rng.random() < 0.3:
             kinds.append(f"asymmetric {name}")
             low, high = np.minimum(low, -0.2 * largest), np.maximum(high, 0.2 * largest)
