@@ -137,6 +137,20 @@ class SolveResult:
             "versions": versions(),
         }
 
+    def prove(self) -> dict[str, Any]:
+        """Return the proof that the motion keeps every limit at every instant; `proofs.write_proof` writes it.
+
+        Raises
+        ------
+        NotProved
+            There is no motion, or a limit that could not be proved; says which.
+        """
+        from ocp_traj.proofs import NotProved, prove
+
+        if self.trajectory is None:
+            raise NotProved("the solver has no motion")
+        return prove(self.task, self.trajectory)
+
     def __str__(self) -> str:
         verdict = "feasible" if self.feasible else "NOT feasible"
         lines = [f"{self.task.name}, {self.solver} (seed {self.seed}): {self.status}, {verdict} by the audit"]

@@ -32,6 +32,8 @@ _COMMANDS = {
     "papers": "ocp_traj.cli.papers:run_papers",
     "plot": "ocp_traj.cli.plotting:plot_file",
     "export": "ocp_traj.cli.exporting:export_file",
+    "prove": "ocp_traj.cli.auditing:prove_motion",
+    "verify": "ocp_traj.cli.auditing:verify_proof",
 }
 
 
