@@ -1,4 +1,4 @@
-"""The visual shapes of a robot read from a URDF, for pictures; no dynamics depend on them."""
+"""The shapes of a robot's links read from its URDF, for pictures and collision; no dynamics depend on them."""
 
 from __future__ import annotations
 
@@ -15,6 +15,34 @@ from ocp_traj.exceptions import RobotError
 
 if TYPE_CHECKING:
     from ocp_traj.robot.robot import Robot
+
+
+@dataclass(frozen=True)
+class LinkShape:
+    """One shape of a link, as a URDF states it.
+
+    Attributes
+    ----------
+    link : str
+        Name of the link.
+    joint : int
+        Row of `Robot.link_placements` that carries it: 0 for the root, i for what joint i moves.
+    placement : (4, 4)
+        In the frame of that joint.
+    kind : str
+        "mesh", "box", "sphere", "cylinder" or "capsule".
+    size : tuple of float
+        Scale of a mesh's numbers to m (3); full sizes of a box (3); radius; radius and length, m.
+    path : pathlib.Path or None
+        A mesh file (STL, DAE or OBJ).
+    """
+
+    link: str
+    joint: int
+    placement: Array
+    kind: str
+    size: tuple[float, ...]
+    path: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -42,36 +70,76 @@ class VisualMesh:
 def visual_meshes(robot: Robot) -> list[VisualMesh]:
     """Return the meshes of a robot; shapes that are no mesh (boxes, spheres) are left out.
 
-    The URDF is read here and not through Pinocchio's geometry model, which would load every mesh.
-
     Raises
     ------
     RobotError
         One of the meshes is not where it should be.
     """
+    return [
+        VisualMesh(path=shape.path, link=shape.joint, placement=shape.placement, scale=read_only(shape.size))
+        for shape in link_shapes(robot, "visual")
+        if shape.path is not None
+    ]
+
+
+def link_shapes(robot: Robot, purpose: str) -> list[LinkShape]:
+    """Return the shapes of a robot's links; none without a URDF.
+
+    The URDF is read here and not through Pinocchio's geometry model, which would load every mesh.
+
+    Parameters
+    ----------
+    robot : Robot
+    purpose : str
+        "visual" or "collision".
+
+    Raises
+    ------
+    RobotError
+        One of the meshes is not where it should be, or a shape has numbers that are none.
+    """
     if robot.description is None:
         return []
     from ocp_traj.robot.model import frame_index
 
-    meshes = []
+    shapes = []
     for link in ElementTree.parse(robot.description).getroot().iter("link"):
-        shapes = [shape for shape in link.iter("visual") if shape.find("geometry/mesh") is not None]
-        if not shapes:
-            continue
-        frame = robot.bare_model.frames[frame_index(robot.bare_model, link.attrib["name"])]
-        for shape in shapes:
-            mesh = shape.find("geometry/mesh")
-            assert mesh is not None  # only such shapes were kept
-            placement = frame.placement.homogeneous @ _origin(shape.find("origin"))
-            meshes.append(
-                VisualMesh(
-                    path=_mesh_path(mesh.attrib["filename"], robot.description),
-                    link=int(frame.parentJoint),
-                    placement=read_only(placement),
-                    scale=read_only(_numbers(mesh.get("scale", "1 1 1"))),
-                )
-            )
-    return meshes
+        elements = [(element, _geometry(element)) for element in link.iter(purpose)]
+        for element, geometry in elements:
+            if geometry is None:
+                continue
+            frame = robot.bare_model.frames[frame_index(robot.bare_model, link.attrib["name"])]
+            placement = frame.placement.homogeneous @ _origin(element.find("origin"))
+            try:
+                kind, size = geometry.tag, _size(geometry)
+            except (KeyError, ValueError):
+                raise RobotError(
+                    f"link {link.attrib['name']} of {robot.description}: its {geometry.tag} has no valid sizes"
+                ) from None
+            path = _mesh_path(geometry.attrib["filename"], robot.description) if kind == "mesh" else None
+            joint = int(frame.parentJoint)
+            shapes.append(LinkShape(link.attrib["name"], joint, read_only(placement), kind, size, path))
+    return shapes
+
+
+def _geometry(element: ElementTree.Element) -> ElementTree.Element | None:
+    """Return the one shape below a ``visual`` or ``collision`` element, None where it is of no known kind."""
+    known = ("mesh", "box", "sphere", "cylinder", "capsule")
+    found = [shape for shape in element.iterfind("geometry/*") if shape.tag in known]
+    return found[0] if found else None
+
+
+def _size(geometry: ElementTree.Element) -> tuple[float, ...]:
+    if geometry.tag == "mesh":
+        size = _numbers(geometry.get("scale", "1 1 1"))
+    elif geometry.tag == "box":
+        size = _numbers(geometry.attrib["size"])
+    else:
+        names = ("radius",) if geometry.tag == "sphere" else ("radius", "length")
+        size = [float(geometry.attrib[name]) for name in names]
+    if len(size) != {"mesh": 3, "box": 3, "sphere": 1}.get(geometry.tag, 2) or not np.isfinite(size).all():
+        raise ValueError
+    return tuple(size)
 
 
 def _numbers(text: str) -> list[float]:
