@@ -32,14 +32,14 @@ BUILDERS = ("codegen", "robot", "spline", "instant", "limits", "costs", "transcr
 """Where CasADi symbols are built or solved."""
 
 FENCES = {
-    "pinocchio": ("robot",),
+    "pinocchio": ("robot", "collision"),
     "casadi": (*BUILDERS, "audit", "references"),  # the judge evaluates a user's own CasADi constraint
     "toppra": ("references",),
     "cvxpy": ("references",),
     "clarabel": ("references",),
     "pandas": ("comparison",),
     "matplotlib": ("pictures",),
-    "coal": ("pictures",),
+    "coal": ("robot", "collision"),
     "tomllib": ("case",),
     "tomli": ("case",),
     "tomli_w": ("case",),

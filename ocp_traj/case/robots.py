@@ -19,7 +19,7 @@ from ocp_traj.task import Motor
 if TYPE_CHECKING:
     from ocp_traj.robot import Robot
 
-KEYS = ("model", "urdf", "dh", "lock", "tool", "base", "payload", "gravity", "friction", "motor")
+KEYS = ("model", "urdf", "dh", "lock", "tool", "base", "payload", "gravity", "friction", "motor", "srdf")
 """Keys of ``[robot]``."""
 
 DESCRIPTIONS = ("model", "urdf", "dh")

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import tomli_w
 
+from ocp_traj.case.collision import below, collision_table
 from ocp_traj.exceptions import CaseError, TaskError
 from ocp_traj.files import write_atomically
 from ocp_traj.quantities import RATES
@@ -60,6 +60,10 @@ def dumps(task: TrajectoryTask, folder: Path | None = None) -> str:
         "duration": np.asarray(task.search.duration).tolist(),
         "protocol": task.search.protocol,
     }
+    if task.collision is not None:
+        tables["collision"] = collision_table(task.collision, folder or Path.cwd())
+        if task.collision.srdf is not None:
+            tables["robot"]["srdf"] = below(task.collision.srdf, folder or Path.cwd(), "robot.srdf")
     return tomli_w.dumps(tables)
 
 
@@ -173,10 +177,7 @@ def _description(robot: Robot, folder: Path) -> tuple[dict[str, Any], Robot]:
         return {"dh": dict(source.dh)}, robot_from_dh(**source.dh)
     if source.urdf is None:
         raise TaskError("robot", f"{robot.name!r} came neither by name nor from a URDF nor from a DH table")
-    relative = Path(os.path.relpath(source.urdf.resolve(), folder.resolve()))
-    if ".." in relative.parts:
-        raise TaskError("robot.urdf", f"{source.urdf.name} does not lie below the folder of the case file")
-    table: dict[str, Any] = {"urdf": relative.as_posix()}
+    table: dict[str, Any] = {"urdf": below(source.urdf, folder, "robot.urdf")}
     if source.lock:
         table["lock"] = list(source.lock)
     return table, robot_from_urdf(source.urdf, source.lock)

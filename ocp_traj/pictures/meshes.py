@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocp_traj.arrays import Array
 from ocp_traj.robot.mesh_files import Mesh, Triangles
 
 _KEY_BITS = 20
