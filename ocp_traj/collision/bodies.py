@@ -63,22 +63,22 @@ class Body:
         return np.asarray(lowest)
 
     @cached_property
-    def proposer(self) -> tuple[Any, Array]:
-        """The body as a shape of coal, and its placement (4, 4): for proposing planes, it proves nothing."""
+    def proposer(self) -> tuple[Any, Any]:
+        """The body as a shape of coal, and its transform (None: the identity): proposes planes, proves nothing."""
         import coal
 
         ends = self.vertices
         if len(ends) == 1:
-            return coal.Sphere(self.radius), _placed(np.eye(3), ends[0])
+            return coal.Sphere(self.radius), coal.Transform3s(np.eye(3), ends[0])
         if len(ends) == 2:
             axis = ends[1] - ends[0]
             length = float(np.linalg.norm(axis))
-            place = _placed(_frame_along(axis / length), self.centre)
+            place = coal.Transform3s(_frame_along(axis / length), self.centre)
             shape = coal.Capsule(self.radius, length) if self.axis is None else coal.Cylinder(self.disc, length)
             return shape, place
         points = coal.StdVec_Vec3s()
         points.extend(list(self.vertices))
-        return coal.Convex.convexHull(points, True, "Qt"), np.eye(4)
+        return coal.Convex.convexHull(points, True, "Qt"), None
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,12 +113,6 @@ class HalfSpace:
 
 
 Convex = Body | HalfSpace
-
-
-def _placed(rotation: Array, translation: Array) -> Array:
-    place = np.eye(4)
-    place[:3, :3], place[:3, 3] = rotation, translation
-    return place
 
 
 def _frame_along(axis: Array) -> Array:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ import numpy as np
 from ocp_traj.arrays import Array
 from ocp_traj.collision.bodies import Body
 from ocp_traj.collision.covers import Piece
-from ocp_traj.collision.distances import signed_distance
+from ocp_traj.collision.distances import Measure
 from ocp_traj.collision.pairs import SRDF, LeftOut, Pair, pairs_of
 from ocp_traj.collision.parts import Part, parts_of
 from ocp_traj.collision.scene import CollisionScene
@@ -48,6 +48,16 @@ class Cell:
         """Return the names of a pair's bodies, the robot's or the farther one first."""
         return self.parts[pair.second].owner, self.parts[pair.first].owner
 
+    @cached_property
+    def pair_names(self) -> list[tuple[str, str]]:
+        """Names of all pairs' bodies."""
+        return [self.names(pair) for pair in self.pairs]
+
+    @cached_property
+    def margins(self) -> Array:
+        """Margins of all pairs, m."""
+        return np.array([pair.margin for pair in self.pairs])
+
     def allowed_depth(self, pair: Pair, waypoint: int | None) -> float:
         """Return how far a pair may overlap at a waypoint, m; 0 where it may not."""
         names = set(self.names(pair))
@@ -66,7 +76,7 @@ class Cell:
         waypoint : int, optional
             Contact that is meant at this waypoint, from 0, is allowed.
         """
-        places = self.root_placements(q)
+        places = Measure(self.root_placements(q))
         found = []
         for pair in self.pairs:
             if gap is not None and pair.gaps is not None and gap not in pair.gaps:
@@ -82,29 +92,37 @@ class Cell:
         """Return the placements (n + 1, 4, 4) of the joints in the root's frame."""
         return np.asarray(self.robot.base_placement @ self.robot.link_placements(q))
 
-    def distance(self, pair: Pair, places: Array, enough: float = np.inf) -> float:
-        """Return the distance of a pair, m; coarser covers suffice where they are at least `enough` apart.
+    def distance(self, pair: Pair, places: Array | Measure, enough: float = np.inf) -> float:
+        """Return the distance of a pair by its finest covers, m; at most that where it is `enough` or more.
 
         Parameters
         ----------
         pair : Pair
         places : (n + 1, 4, 4)
+            Or a `Measure` of them, for several pairs.
         enough : float
             m.
         """
+        measure = places if isinstance(places, Measure) else Measure(places)
         a, b = self.parts[pair.first], self.parts[pair.second]
-        return _distance(a.piece, places[a.joint], b.piece, places[b.joint], enough)
+
+        def coarse(x: Piece, y: Piece) -> float:
+            assert isinstance(y.body, Body)  # a half-space stands still and comes first
+            return measure.plane(x.body, a.joint, y.body, b.joint)[0]
+
+        return _finest(coarse, a.piece, b.piece, coarse(a.piece, b.piece), enough)
 
 
-def _distance(a: Piece, place_a: Array, b: Piece, place_b: Array, enough: float) -> float:
-    assert isinstance(b.body, Body)  # a half-space stands still and comes first
-    distance = signed_distance(a.body, place_a, b.body, place_b)[0]
-    if distance >= enough:
+def _finest(coarse: Callable[[Piece, Piece], float], a: Piece, b: Piece, distance: float, best: float) -> float:
+    """Return the least distance of the finest pieces of two covers, or `best` where that is less; nearest first."""
+    if distance >= best or not (a.divisible or b.divisible):
         return distance
-    finer = [(x, y) for x in a.finer or (a,) for y in b.finer or (b,)]
-    if len(finer) == 1:
-        return distance
-    return min(_distance(x, place_a, y, place_b, enough) for x, y in finer)
+    finer = [(coarse(x, y), x, y) for x in a.finer or (a,) for y in b.finer or (b,)]
+    least = np.inf
+    for own, x, y in sorted(finer, key=lambda entry: entry[0]):
+        if own < min(least, best):
+            least = min(least, _finest(coarse, x, y, own, min(least, best)))
+    return least if least < np.inf else best
 
 
 @dataclass(frozen=True)
@@ -172,7 +190,7 @@ def touching_left_out(cell: Cell, samples: int = 300) -> Iterator[tuple[LeftOut,
     rng = np.random.default_rng(0)
     hits: dict[tuple[str, str], int] = {}
     for q in rng.uniform(lower, upper, (samples, cell.robot.n)):
-        places = cell.root_placements(q)
+        places = Measure(cell.root_placements(q))
         touching = {
             cell.names(pair) for pair in left_out if cell.distance(pair, places, -TOLERANCE) < -TOLERANCE
         }

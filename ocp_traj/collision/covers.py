@@ -44,11 +44,17 @@ class Piece:
     axes: Array | None = None
     budget: int = 1
 
+    @property
+    def divisible(self) -> bool:
+        """Whether there are finer pieces."""
+        return self.patch is not None and self.axes is not None and self.budget >= 2 and len(self.patch) > 0
+
     @cached_property
     def finer(self) -> tuple[Piece, ...]:
         """Pieces that cover the same and are smaller; none where the body is exact or the budget is used up."""
-        if self.patch is None or self.axes is None or self.budget < 2 or not len(self.patch):
+        if not self.divisible:
             return ()
+        assert self.patch is not None and self.axes is not None
         count = min(BRANCHES, self.budget)
         cuts = [(axis, _slabs(self.patch, axis, count)) for axis in self.axes]
         options = [(axis, patches, [hull(_corners(p), ROUNDING) for p in patches]) for axis, patches in cuts]

@@ -9,7 +9,7 @@ import pytest
 
 from ocp_traj.arrays import Array
 from ocp_traj.collision.bodies import Body, HalfSpace, box, capsule, cylinder, half_space, hull, sphere
-from ocp_traj.collision.distances import signed_distance
+from ocp_traj.collision.distances import Measure
 
 RNG = np.random.default_rng(1)
 
@@ -78,7 +78,8 @@ def test_the_plane_that_is_proposed_proves_the_distance(kind: str) -> None:
     for _ in range(20):
         place = np.eye(4)
         place[:3, 3] = RNG.normal(size=3)
-        distance, normal, on_body, on_other = signed_distance(body, np.eye(4), other, place)
+        nearest = Measure(np.array([np.eye(4), place])).nearest(body, 0, other, 1)
+        distance, normal, (on_body, on_other) = nearest.distance, nearest.normal, nearest.points
         proved = other.lowest(normal[None])[0] + normal @ place[:3, 3] + body.lowest(-normal[None])[0]
         assert proved <= distance + 1e-6
         if distance > 1e-3:
@@ -88,7 +89,8 @@ def test_the_plane_that_is_proposed_proves_the_distance(kind: str) -> None:
 
 def test_the_distance_from_a_half_space_is_that_of_the_lowest_point() -> None:
     floor = HalfSpace(np.array([0.0, 0.0, 1.0]), 0.1)
-    distance, normal, below, above = signed_distance(floor, np.eye(4), sphere(0.2, placement()), np.eye(4))
+    nearest = Measure(np.eye(4)[None]).nearest(floor, 0, sphere(0.2, placement()), 0)
+    distance, normal, (below, above) = nearest.distance, nearest.normal, nearest.points
     assert distance == pytest.approx(0.5 - 0.2 - 0.1)
     np.testing.assert_allclose(above, [0.3, -0.2, 0.3], atol=1e-12)
     np.testing.assert_allclose(below, [0.3, -0.2, 0.1], atol=1e-12)
@@ -100,4 +102,4 @@ def test_points_in_a_plane_become_a_body_that_holds_them(points: Array) -> None:
     body = hull(points)
     g = directions(50)
     assert (body.lowest(g) <= (points @ g.T).min(axis=0)).all()
-    assert signed_distance(body, np.eye(4), sphere(0.1, placement()), np.eye(4))[0] > 0
+    assert Measure(np.eye(4)[None]).plane(body, 0, sphere(0.1, placement()), 0)[0] > 0
