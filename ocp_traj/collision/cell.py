@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -14,7 +14,7 @@ from ocp_traj.arrays import Array
 from ocp_traj.collision.bodies import Body
 from ocp_traj.collision.covers import Piece
 from ocp_traj.collision.distances import Measure
-from ocp_traj.collision.pairs import SRDF, LeftOut, Pair, pairs_of
+from ocp_traj.collision.pairs import LeftOut, Pair, pairs_of
 from ocp_traj.collision.parts import Part, parts_of
 from ocp_traj.collision.scene import CollisionScene
 
@@ -171,32 +171,3 @@ def cell_of(robot: Robot, scene: CollisionScene) -> Cell:
 def _cell(robot: Robot, description: Path | None, scene: CollisionScene) -> Cell:
     parts = parts_of(robot, scene)
     return Cell(robot, scene, parts, *pairs_of(robot, scene, parts))
-
-
-def touching_left_out(cell: Cell, samples: int = 300) -> Iterator[tuple[LeftOut, float]]:
-    """Yield the pairs that an SRDF leaves out and that touch, with the fraction of random configurations where they do.
-
-    Parameters
-    ----------
-    cell : Cell
-    samples : int
-        Configurations within the position limits (a turn where there is none).
-    """
-    left_out = [pair for pair in cell.pairs if pair.left_out]
-    if not left_out:
-        return
-    lower, upper = cell.robot.position_limits
-    lower, upper = np.where(np.isfinite(lower), lower, -np.pi), np.where(np.isfinite(upper), upper, np.pi)
-    rng = np.random.default_rng(0)
-    hits: dict[tuple[str, str], int] = {}
-    for q in rng.uniform(lower, upper, (samples, cell.robot.n)):
-        places = Measure(cell.root_placements(q))
-        touching = {
-            cell.names(pair) for pair in left_out if cell.distance(pair, places, -TOLERANCE) < -TOLERANCE
-        }
-        for names in touching:
-            hits[names] = hits.get(names, 0) + 1
-    for entry in cell.left_out:
-        count = max(hits.get(entry.bodies, 0), hits.get(entry.bodies[::-1], 0))
-        if entry.reason == SRDF and count:
-            yield entry, count / samples

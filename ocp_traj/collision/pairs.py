@@ -82,7 +82,7 @@ def pairs_of(
     return tuple(pairs), tuple(left_out.values())
 
 
-SHARED, SRDF, IGNORED = "they share a joint", "left out by the SRDF", "ignored"
+SHARED, SRDF, IGNORED = "they share a joint", "listed in the SRDF", "ignored"
 
 
 def _reasons(robot: Robot, scene: CollisionScene, parts: tuple[Part, ...]) -> dict[Names, str]:

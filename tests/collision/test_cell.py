@@ -9,7 +9,7 @@ import pinocchio as pin
 import pytest
 
 from ocp_traj.collision import CollisionScene, Contact, Shape, Solid, cell_of
-from ocp_traj.collision.cell import touching_left_out
+from ocp_traj.collision.summary import touching_left_out
 from ocp_traj.exceptions import RobotError, TaskError
 from ocp_traj.robot import load_robot, robot_names
 from ocp_traj.robot.packaged import PACKAGED_ROBOTS, data_folder
@@ -48,7 +48,7 @@ def test_pairs_that_an_srdf_lists_keep_no_margin_but_may_not_touch() -> None:
     listed = {frozenset(cell.names(pair)): pair for pair in cell.pairs if pair.left_out}
     assert frozenset(("forearm_link", "wrist_3_link")) in listed
     assert all(pair.margin == 0.0 for pair in listed.values())
-    assert {"left out by the SRDF", "they share a joint"} == {entry.reason for entry in cell.left_out}
+    assert {"listed in the SRDF", "they share a joint"} == {entry.reason for entry in cell.left_out}
     touching = {entry.bodies: share for entry, share in touching_left_out(cell)}
     assert 0.04 < touching["forearm_link", "wrist_3_link"] < 0.2
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.collision.summary import waypoint_conflict
 from ocp_traj.limits.limit import bound_scales
 from ocp_traj.quantities import JOINT_LIMITS, RATES
 from ocp_traj.task import Objective, TrajectoryTask
@@ -14,7 +15,19 @@ from ocp_traj.task import Objective, TrajectoryTask
 
 def certain_conflict(task: TrajectoryTask) -> str:
     """Return a sentence when no motion whatever can solve the task, else an empty one."""
-    return _zero_limit(task) or _boundary_outside(task) or _end_torque(task) or _too_fast(task)
+    return (
+        _zero_limit(task)
+        or _boundary_outside(task)
+        or _end_torque(task)
+        or _too_fast(task)
+        or _touching_waypoint(task)
+    )
+
+
+def _touching_waypoint(task: TrajectoryTask) -> str:
+    if task.collision is None or task.robot is None or np.any(task.tolerance):
+        return ""
+    return waypoint_conflict(task.robot, task.collision, task.waypoints)
 
 
 def _zero_limit(task: TrajectoryTask) -> str:
