@@ -11,6 +11,7 @@ import numpy as np
 
 from ocp_traj.audit import Verdict, audit
 from ocp_traj.audit.costs import energy, objective_value
+from ocp_traj.case import task_to_json
 from ocp_traj.files import finite
 from ocp_traj.solvers import Outcome, Request, Solver, parse_solver
 from ocp_traj.solvers.mending import is_oversight, slowed_into_limits, solve_tighter
@@ -125,6 +126,7 @@ class SolveResult:
             "solve_time": self.solution.solve_time,
             "references": references,
             "trajectory": None if self.trajectory is None else trajectory_to_json(self.trajectory),
+            "task": task_to_json(self.task),
             "versions": versions(),
         }
 

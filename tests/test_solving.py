@@ -26,7 +26,7 @@ KEYS = {
 
 def simple_task(**changes) -> TrajectoryTask:
     return TrajectoryTask(
-        [[0.0], [1.0], [0.5]], Limits(velocity=2.0, acceleration=4.0), name="simple", **changes
+        [[0.0], [1.0], [0.5]], Limits(velocity=2.0, acceleration=4.0), name="simple", **{"virtual_knots": 0, **changes}
     )
 
 

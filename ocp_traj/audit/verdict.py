@@ -6,25 +6,8 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+from ocp_traj.audit.tolerances import CLEARANCE_SCALE, CLEARANCE_TOLERANCE, RATIO_TOLERANCE
 from ocp_traj.quantities import limited_quantity
-
-RATIO_TOLERANCE = 1e-6
-"""A motion is feasible when every ratio is at most 1 plus this."""
-
-WAYPOINT_TOLERANCE = 1e-8
-"""A waypoint's box may be missed by this, rad or m."""
-
-BOUNDARY_TOLERANCE = 1e-8
-"""A boundary condition may be missed by this part of the limit, or of the motion's largest value."""
-
-CLEARANCE_SCALE = 0.01
-"""How much nearer than its margin, m, counts as one more time the limit."""
-
-CLEARANCE_TOLERANCE = 1e-6
-"""A margin may be missed by this, m."""
-
-DURATION_TOLERANCE = 1e-9
-"""A bound on a duration may be missed by this part of it."""
 
 
 @dataclass(frozen=True)
@@ -184,6 +167,8 @@ class Verdict:
         Name of the task.
     clearance : Clearance or None
         None for a task without a scene.
+    notes : tuple of str
+        What the verdict does not cover or had to assume; no note makes a motion infeasible.
     """
 
     feasible: bool
@@ -198,6 +183,7 @@ class Verdict:
     torque_bound: float = 0.0
     case: str = ""
     clearance: Clearance | None = None
+    notes: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return what ``ocp-traj audit --json`` writes; numbers are finite or null, joints count from 1."""
@@ -215,6 +201,7 @@ class Verdict:
             "smallest_feasible_scale": None if scale is None else _finite(scale),
             "collision": None if self.clearance is None else self.clearance.to_json(),
             "findings": list(self.findings),
+            "notes": list(self.notes),
         }
 
     def __str__(self) -> str:
@@ -234,6 +221,7 @@ class Verdict:
         else:
             lines.append(f"  smallest feasible uniform slowing: {self.smallest_feasible_scale:.9g}")
         lines.extend(f"  - {finding}" for finding in self.findings)
+        lines.extend(f"  note: {note}" for note in self.notes)
         return "\n".join(lines)
 
 

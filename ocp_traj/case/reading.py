@@ -102,7 +102,8 @@ def _problem(case: Section, robot: Robot | None, folder: Path, trusted: Collecti
     limits = read_limits(case.section("limits"), count - 1, n, robot, folder, trusted)
     spline = case.section("spline")
     spline.check_keys(("family", "virtual_knots"))
-    knots = spline.integer("virtual_knots", 0, MAX_VIRTUAL_KNOTS)
+    family = spline.choice("family", tuple(FAMILIES), "cubic")
+    knots = spline.integer("virtual_knots", FAMILIES[family].default_virtual_knots, MAX_VIRTUAL_KNOTS)
     if (count - 1) * (knots + 1) > MAX_SEGMENTS:
         raise spline.error(
             "virtual_knots", f"{knots} in each of {count - 1} gaps make more than {MAX_SEGMENTS} segments"
@@ -111,7 +112,7 @@ def _problem(case: Section, robot: Robot | None, folder: Path, trusted: Collecti
         "waypoints": _waypoints(section, robot, limits, n),
         "tolerance": _tolerance(section, robot, count, n),
         "limits": limits,
-        "family": spline.choice("family", tuple(FAMILIES), "cubic"),
+        "family": family,
         "virtual_knots": knots,
         "boundary": _boundary(case.section("boundary"), n, robot),
         "objective": _objective(case, count - 1, n),

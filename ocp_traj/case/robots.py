@@ -11,19 +11,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.case.section import Section, did_you_mean
+from ocp_traj.case.chains import robot_of_chain
+from ocp_traj.case.section import Section
 from ocp_traj.case.toml_files import MAX_BYTES
-from ocp_traj.exceptions import CaseError, InputError, TaskError
+from ocp_traj.exceptions import CaseError, InputError, TaskError, did_you_mean
 from ocp_traj.task import Motor
 
 if TYPE_CHECKING:
     from ocp_traj.robot import Robot
 
-KEYS = ("model", "urdf", "dh", "lock", "tool", "base", "payload", "gravity", "friction", "motor", "srdf")
-"""Keys of ``[robot]``."""
+DESCRIPTIONS = ("model", "urdf", "dh", "chain")
+"""The ways to say which arm, one of which a robot has; ``chain`` is how a robot travels with a result."""
 
-DESCRIPTIONS = ("model", "urdf", "dh")
-"""The three ways to say which arm, one of which a robot has."""
+KEYS = (*DESCRIPTIONS, "lock", "tool", "base", "payload", "gravity", "friction", "motor", "srdf")
+"""Keys of ``[robot]``."""
 
 MAX_JOINTS = 100
 """Largest number of joints of a case."""
@@ -59,8 +60,10 @@ def read_robot(section: Section, folder: Path, trusted: Collection[str]) -> Robo
             robot = _named_robot(section)
         elif kind == "urdf":
             robot = _urdf_robot(section, folder, trusted)
-        else:
+        elif kind == "dh":
             robot = _dh_robot(section.section("dh"))
+        else:
+            robot = robot_of_chain(section.section("chain"))
     if robot.n > MAX_JOINTS:
         raise section.error(kind, f"has {robot.n} joints, expected at most {MAX_JOINTS}")
     return _in_the_cell(section, robot)

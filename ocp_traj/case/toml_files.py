@@ -23,24 +23,24 @@ _BARE_WORD = re.compile(r"[A-Za-z0-9_./+-]+")
 _MAX_DEPTH = 50
 
 
-def read_text(path: Path, file: str) -> str:
-    """Return the text of a small regular file.
+def read_text(path: Path, file: str, most: int = MAX_BYTES) -> str:
+    """Return the text of a regular file of at most `most` bytes.
 
     Raises
     ------
     CaseError
         The file is missing, is no regular file, cannot be read, is too large, or is not UTF-8.
     """
-    content = _read_bytes(path, file)
-    if len(content) > MAX_BYTES:
-        raise CaseError(file, "", f"is larger than {MAX_BYTES // 1_000_000} MB, expected a case file")
+    content = _read_bytes(path, file, most)
+    if len(content) > most:
+        raise CaseError(file, "", f"is larger than {most // 1_000_000} MB, expected a case file")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise CaseError(file, "", f"is not UTF-8 text (byte {error.start})") from None
 
 
-def _read_bytes(path: Path, file: str) -> bytes:
+def _read_bytes(path: Path, file: str, most: int) -> bytes:
     if "\0" in str(path):
         raise CaseError(file, "", "is no path, it holds a null character")
     try:
@@ -49,7 +49,7 @@ def _read_bytes(path: Path, file: str) -> bytes:
         if not path.is_file():
             raise CaseError(file, "", "is not a regular file")
         with path.open("rb") as stream:
-            return stream.read(MAX_BYTES + 1)
+            return stream.read(most + 1)
     except OSError as error:
         raise CaseError(file, "", f"cannot be read ({error.strerror or error})") from None
 

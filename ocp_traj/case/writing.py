@@ -35,14 +35,44 @@ def dumps(task: TrajectoryTask, folder: Path | None = None) -> str:
         The task holds what no case file can: functions of one's own, or a robot that came neither by name nor
         from a URDF below `folder` nor from a DH table.
     """
+    folder = folder or Path.cwd()
+    arm = None if task.robot is None else described(task.robot, folder)
+    tables = task_tables(task, arm)
+    if task.collision is not None:
+        tables["collision"] = collision_table(task.collision, folder)
+        if task.collision.srdf is not None:
+            tables["robot"]["srdf"] = below(task.collision.srdf, folder, "robot.srdf")
+    return tomli_w.dumps(tables)
+
+
+Arm = tuple[dict[str, Any], "Robot"]
+"""The keys of ``[robot]`` that say which arm, and the arm that these alone give."""
+
+
+def task_tables(task: TrajectoryTask, arm: Arm | None, *, complete: bool = False) -> dict[str, Any]:
+    """Return the tables of a case file that states a task.
+
+    Parameters
+    ----------
+    task : TrajectoryTask
+    arm : Arm, optional
+        How the task's robot is named.
+    complete : bool
+        Write limits that are the arm's own, too.
+
+    Raises
+    ------
+    TaskError
+        The task holds functions or a spline family of one's own.
+    """
     if task.constraints or task.objective.custom:
         key = "constraints" if task.constraints else "objective"
         raise TaskError(key, "a function of one's own cannot be written to a case file")
     tables: dict[str, Any] = {"schema": 1, "name": task.name}
     tables.update({name: getattr(task, name) for name in ("title", "source") if getattr(task, name)})
     reference = None
-    if task.robot is not None:
-        tables["robot"], reference = _robot_table(task.robot, folder or Path.cwd())
+    if task.robot is not None and arm is not None:
+        tables["robot"], reference = arm[0] | _cell_table(task.robot, arm[1]), arm[1]
         if task.objective.motor is not None:
             motor = task.objective.motor
             tables["robot"]["motor"] = {
@@ -52,7 +82,7 @@ def dumps(task: TrajectoryTask, folder: Path | None = None) -> str:
     tables["waypoints"] = {"joints": task.waypoints.tolist()}
     if np.any(task.tolerance):
         tables["waypoints"]["tolerance"] = np.asarray(task.tolerance).tolist()
-    tables["limits"] = _limits_table(task, reference)
+    tables["limits"] = _limits_table(task, None if complete else reference)
     tables["spline"] = {"family": task.family.name, "virtual_knots": task.virtual_knots}
     tables["boundary"] = _boundary_table(task)
     tables["objective"] = _objective_table(task)
@@ -60,11 +90,7 @@ def dumps(task: TrajectoryTask, folder: Path | None = None) -> str:
         "duration": np.asarray(task.search.duration).tolist(),
         "protocol": task.search.protocol,
     }
-    if task.collision is not None:
-        tables["collision"] = collision_table(task.collision, folder or Path.cwd())
-        if task.collision.srdf is not None:
-            tables["robot"]["srdf"] = below(task.collision.srdf, folder or Path.cwd(), "robot.srdf")
-    return tomli_w.dumps(tables)
+    return tables
 
 
 def write_case(task: TrajectoryTask, path: str | Path) -> None:
@@ -137,9 +163,9 @@ def _objective_table(task: TrajectoryTask) -> dict[str, Any]:
     return table
 
 
-def _robot_table(robot: Robot, folder: Path) -> tuple[dict[str, Any], Robot]:
-    """Return the table of a robot in its cell, and the arm that its description alone gives."""
-    table, reference = _description(robot, folder)
+def _cell_table(robot: Robot, reference: Robot) -> dict[str, Any]:
+    """Return how a robot stands in its cell, where that differs from what its description alone gives."""
+    table: dict[str, Any] = {}
     for name in ("tool", "base"):
         if getattr(robot, name) != getattr(reference, name):
             table[name] = getattr(robot, name)
@@ -157,10 +183,10 @@ def _robot_table(robot: Robot, folder: Path) -> tuple[dict[str, Any], Robot]:
             "viscous": robot.friction.viscous.tolist(),
             "coulomb": robot.friction.coulomb.tolist(),
         }
-    return table, reference
+    return table
 
 
-def _description(robot: Robot, folder: Path) -> tuple[dict[str, Any], Robot]:
+def described(robot: Robot, folder: Path) -> Arm:
     """Return what names the arm, and the arm as reading that gives it.
 
     Raises

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ocp_traj.cli.completion import CaseName
 from ocp_traj.cli.main import WRONG_INPUT
 from ocp_traj.cli.output import console_for, overrides_option
 from ocp_traj.exceptions import InputError
@@ -36,7 +37,7 @@ def init_case(file: str, force: bool) -> None:
 
 
 @click.command(name="check")
-@click.argument("cases", nargs=-1, required=True, metavar="CASE...")
+@click.argument("cases", type=CaseName(), nargs=-1, required=True, metavar="CASE...")
 @overrides_option
 def check_cases(cases: tuple[str, ...], overrides: tuple[str, ...]) -> int:
     """Read cases and say what is wrong with them, or what they ask for."""
@@ -76,7 +77,7 @@ def describe(task: TrajectoryTask) -> str:
     """Return in a few lines what a task asks for."""
     limited = [name.replace("_", " ") for name in task.limits.names if task.limited(name)]
     robot = "no robot (kinematic)" if task.robot is None else f"robot {task.robot.name}"
-    knots = f", {task.virtual_knots} virtual knots a gap" if task.virtual_knots else ""
+    knots = f", {task.virtual_knots} virtual knots per gap" if task.virtual_knots else ""
     weights = ", ".join(
         f"{name.replace('_', ' ')} {weight:g}" for name, weight in task.objective.weights.items()
     )
@@ -86,4 +87,11 @@ def describe(task: TrajectoryTask) -> str:
         f"  {task.family}{knots}\n"
         f"  limits: {', '.join(limited) or 'none'}\n"
         f"  minimise: {weights or 'own objective'}"
+        + _free_ends(task)
     )
+
+
+def _free_ends(task: TrajectoryTask) -> str:
+    if not task.limited("jerk") or task.boundary.acceleration is not None:
+        return ""
+    return "\n  end accelerations are free: the jerk at both ends is not limited"

@@ -7,11 +7,20 @@ from typing import Any
 
 import click
 
-from ocp_traj.cli.output import console_for, json_option, overrides_option, print_table, write_json
+from ocp_traj.cli.completion import CaseName
+from ocp_traj.cli.output import (
+    check_writable,
+    console_for,
+    json_option,
+    overrides_option,
+    print_table,
+    write_json,
+)
+from ocp_traj.exceptions import InputError
 
 
 @click.command(name="reference")
-@click.argument("case")
+@click.argument("case", type=CaseName(), required=False)
 @click.option(
     "--result", metavar="FILE.json", help="Also drive the path of this result as fast as it allows."
 )
@@ -30,7 +39,7 @@ from ocp_traj.cli.output import console_for, json_option, overrides_option, prin
 @overrides_option
 @json_option
 def reference_case(
-    case: str,
+    case: str | None,
     result: str | None,
     jerk: bool,
     certificate: bool,
@@ -38,13 +47,16 @@ def reference_case(
     overrides: tuple[str, ...],
     json_file: str | None,
 ) -> None:
-    """Compute TOPP-RA, convex path tracking and the kinematic lower bound for CASE."""
+    """Compute TOPP-RA, convex path tracking and the kinematic lower bound for CASE, or for the task of --result."""
     from ocp_traj.case import load_case
     from ocp_traj.references import collect_references
     from ocp_traj.trajectory_files import read_json
 
+    check_writable(picture, json_file)
     console = console_for(json_file)
-    task = load_case(case, overrides)
+    if case is None and result is None:
+        raise InputError("expected a CASE, or a --result that carries its task")
+    task = load_case(case or str(result), overrides)
     motion = None if result is None else read_json(result)
     with console.status(f"references of {task.name} …"):
         found = collect_references(task, motion, jerk=jerk, certificate=certificate)

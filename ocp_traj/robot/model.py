@@ -62,7 +62,7 @@ def locked_joints(model: Any, lock: Sequence[str], keep: Sequence[str] | None) -
     return [index for index in range(1, model.njoints) if model.names[index] in chosen]
 
 
-def _plain_joint(kind: str, axis: tuple[float, float, float]) -> Any:
+def plain_joint(kind: str, axis: tuple[float, float, float]) -> Any:
     """Return a joint model with nq = nv = 1."""
     letters = {(1.0, 0.0, 0.0): "X", (0.0, 1.0, 0.0): "Y", (0.0, 0.0, 1.0): "Z"}
     letter = letters.get(axis)
@@ -147,7 +147,7 @@ def plain_model(original: Any, locked: Sequence[int] = ()) -> PlainModel:
         kind, axis = joint_kind(original.joints[index])
         limits = [np.array([value]) for value in _chosen_limits(original, index, kind)]
         placement = placement * original.jointPlacements[index]
-        number = plain.addJoint(carrier, _plain_joint(kind, axis), placement, original.names[index], *limits)
+        number = plain.addJoint(carrier, plain_joint(kind, axis), placement, original.names[index], *limits)
         plain.inertias[number] = original.inertias[index]
         carriers.append((number, pin.SE3.Identity()))
         kinds.append(kind)

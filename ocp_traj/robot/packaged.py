@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ocp_traj.exceptions import RobotError, UnknownNameError
+from ocp_traj.exceptions import RobotError, UnknownNameError, did_you_mean
 from ocp_traj.robot.robot import Robot
 
 DATA_VARIABLE = "OCP_TRAJ_ROBOT_DATA"
@@ -143,7 +143,10 @@ def load_robot(name: str) -> Robot:
     6
     """
     if name not in PACKAGED_ROBOTS:
-        raise UnknownNameError(f"robot {name!r} is unknown, expected one of {', '.join(robot_names())}")
+        known = robot_names()
+        raise UnknownNameError(
+            f"robot {name!r} is unknown, expected one of {', '.join(known)}{did_you_mean(str(name), known)}"
+        )
     return _load(name, data_folder())
 
 

@@ -6,7 +6,11 @@ from ocp_traj.exceptions import InputError
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
 from ocp_traj.transcription.condensed.encodings import Encoding
-from ocp_traj.transcription.curve import build_trajectory, trajectory_from_durations
+from ocp_traj.transcription.curve import (
+    build_trajectory,
+    trajectory_from_durations,
+    without_virtual_knots,
+)
 from ocp_traj.transcription.guess import initial_guess, insert_knots
 from ocp_traj.transcription.lifted.lifted import ExtraPoints, LiftedNlp
 from ocp_traj.transcription.nlp import Nlp
@@ -62,4 +66,5 @@ __all__ = [
     "insert_knots",
     "trajectory_from_durations",
     "transcribe",
+    "without_virtual_knots",
 ]

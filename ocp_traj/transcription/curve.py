@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from ocp_traj.arrays import Array, ArrayLike
-from ocp_traj.exceptions import InputError
+from ocp_traj.exceptions import InputError, TaskError
 from ocp_traj.quantities import RATES
 from ocp_traj.spline import EndConditions, Piece
-from ocp_traj.task import TrajectoryTask
+from ocp_traj.task import Boundary, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
 
@@ -113,5 +113,14 @@ def trajectory_from_durations(task: TrajectoryTask, durations: ArrayLike) -> Tra
         raise InputError(f"{h.size} durations given, expected {task.gaps}, one a gap between waypoints")
     if not (np.isfinite(h).all() and (h > 0).all()):
         raise InputError(f"durations {h.tolist()} given, expected positive numbers")
-    bare = task if task.virtual_knots == 0 else task.changed(virtual_knots=0)
-    return build_trajectory(bare, h, np.asarray(task.waypoints))
+    return build_trajectory(without_virtual_knots(task), h, np.asarray(task.waypoints))
+
+
+def without_virtual_knots(task: TrajectoryTask) -> TrajectoryTask:
+    """Return a task without virtual knots; its end conditions are the default ones where knots served the others."""
+    if task.virtual_knots == 0:
+        return task
+    try:
+        return task.changed(virtual_knots=0)
+    except TaskError:
+        return task.changed(virtual_knots=0, boundary=Boundary(task.boundary.velocity))

@@ -12,7 +12,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from ocp_traj.audit import audit
-from ocp_traj.audit.clearance import judge_clearance
+from ocp_traj.audit.clearance.judging import judge_clearance
 from ocp_traj.audit.motion import Motion
 from ocp_traj.collision import CollisionScene, Contact, Shape, Solid, cell_of
 from ocp_traj.collision.distances import Measure
@@ -143,7 +143,7 @@ def test_a_wrong_plane_proves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
         return abs(distance) + 1.0, kinds[int(rng.integers(len(kinds)))]
 
     monkeypatch.setattr(Measure, "plane", wrong)
-    monkeypatch.setattr(import_module("ocp_traj.audit.certificate"), "MOST_DISTANCES", 3000)
+    monkeypatch.setattr(import_module("ocp_traj.audit.clearance.certificate"), "MOST_DISTANCES", 3000)
     for clear, (scene, motion) in zip(truth, pairs, strict=True):
         if not clear:
             found, _, findings = judged(scene, motion)

@@ -10,9 +10,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from ocp_traj.audit.placements import Placements
-from ocp_traj.audit.separation import Frames, Stretch, second_order, separation
-from ocp_traj.audit.surface import Surface
+from ocp_traj.audit.clearance.placements import Placements
+from ocp_traj.audit.clearance.separation import Frames, Stretch, second_order, separation
+from ocp_traj.audit.clearance.surface import Surface
 from ocp_traj.collision import Cell, CollisionScene, Shape, Solid, cell_of
 from ocp_traj.collision.distances import Measure
 from ocp_traj.robot import Robot, load_robot, robot_from_dh, robot_from_urdf

@@ -156,7 +156,7 @@ def message(keys: dict[str, str | None], folder: Path | None = None) -> str:
                 "boundary.acceleration": "'zero'",
                 "waypoints.joints": "[[0, 0], [1, 1]]",
             },
-            "spline.virtual_knots: 1 leaves 5 free coefficients a joint for 6 conditions",
+            "spline.virtual_knots: 1 leaves fewer free coefficients than conditions, 5 against 6 per joint",
         ),
         (
             {"boundary.velocity": "'free'"},

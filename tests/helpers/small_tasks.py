@@ -23,11 +23,11 @@ ARM_POINTS = np.deg2rad(
 
 
 def plain_task(**changes: Any) -> TrajectoryTask:
-    """Return a task of two joints without a robot."""
-    return TrajectoryTask(POINTS, Limits(velocity=2.0, acceleration=4.0), **changes)
+    """Return a task of two joints without a robot, and without virtual knots unless they are given."""
+    return TrajectoryTask(POINTS, Limits(velocity=2.0, acceleration=4.0), **{"virtual_knots": 0, **changes})
 
 
 def arm_task(points: Any = ARM_POINTS, **changes: Any) -> TrajectoryTask:
     """Return a task of the UR5; `limits` are added to those of velocity and acceleration."""
     limits = {"velocity": 2.1, "acceleration": 5.2, **changes.pop("limits", {})}
-    return TrajectoryTask(points, Limits(**limits), **{"robot": load_robot("ur5"), **changes})
+    return TrajectoryTask(points, Limits(**limits), **{"robot": load_robot("ur5"), "virtual_knots": 0, **changes})

@@ -156,7 +156,7 @@ def _solve_few_knots(
 ) -> Trajectory | None:
     """Return a motion with fewer virtual knots, None where there is none."""
     try:
-        stage = task.changed(virtual_knots=knots)
+        stage = task.changed(virtual_knots=knots, boundary=task.boundary)
     except TaskError:  # too few knots for the boundary conditions
         return guess
     start = initial_guess(stage) if guess is None else fit_guess(stage, guess)

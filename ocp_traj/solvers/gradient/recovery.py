@@ -77,7 +77,7 @@ def with_fewer_knots(
         if account.exhausted():
             break
         try:
-            smaller = task.changed(virtual_knots=knots)
+            smaller = task.changed(virtual_knots=knots, boundary=task.boundary)
         except TaskError:  # too few knots for the boundary conditions
             continue
         answer = attempt(smaller, None, settings, account, continued=knots > 0)

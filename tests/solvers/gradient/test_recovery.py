@@ -22,7 +22,7 @@ POINTS = [[0.0, 0.0], [1.0, 0.5], [0.5, 1.0]]
 
 
 def task(**changes: object) -> TrajectoryTask:
-    return TrajectoryTask(POINTS, Limits(velocity=2.0, acceleration=4.0), **changes)  # type: ignore[arg-type]
+    return TrajectoryTask(POINTS, Limits(velocity=2.0, acceleration=4.0), **{"virtual_knots": 0, **changes})  # type: ignore[arg-type]
 
 
 def failed_start(of: TrajectoryTask) -> tuple[Answer, Account]:

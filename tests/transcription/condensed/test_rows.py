@@ -78,8 +78,8 @@ def expected_rows(task: TrajectoryTask, robot: Any, motion: Motion, exact: bool)
     ("family", "knots", "boundary", "extrema"),
     [
         ("cubic", 0, Boundary(), "auto"),
-        ("cubic", 1, Boundary([[0.1, -0.2, 0.3], [0.2, 0.1, -0.1]]), "exact"),
-        ("cubic", 2, Boundary(), "sampled"),
+        ("cubic", 1, Boundary([[0.1, -0.2, 0.3], [0.2, 0.1, -0.1]], None), "exact"),
+        ("cubic", 2, Boundary(acceleration=None), "sampled"),
         ("quintic", 0, Boundary(0.0, [[0.5, 0.4, -0.3], [0.1, -0.6, 0.2]]), "auto"),
         ("quintic", 1, Boundary(0.0, None), "auto"),
         ("quintic", 1, Boundary(0.0, None, [[3.0, 2.0, -1.0], [1.0, -2.0, 4.0]]), "auto"),

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocp_traj.arrays import Array
-from ocp_traj.audit.placements import Placements
+from ocp_traj.audit.clearance.placements import Placements
 from ocp_traj.collision.bodies import Convex
 
 Index = NDArray[np.int64]

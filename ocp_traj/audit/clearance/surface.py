@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocp_traj.arrays import Array
-from ocp_traj.audit.placements import Placements
-from ocp_traj.audit.separation import Index, Mask, Side
+from ocp_traj.audit.clearance.placements import Placements
+from ocp_traj.audit.clearance.separation import Index, Mask, Side
 from ocp_traj.collision.bodies import Body, Convex, HalfSpace
 from ocp_traj.collision.cell import Cell
 from ocp_traj.collision.covers import Piece

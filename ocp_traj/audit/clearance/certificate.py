@@ -13,10 +13,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.audit.clearance.placements import Placements
+from ocp_traj.audit.clearance.separation import Frames, Index, Mask, Side, Stretch, second_order, separation
+from ocp_traj.audit.clearance.surface import Surface
 from ocp_traj.audit.motion import Motion
-from ocp_traj.audit.placements import Placements
-from ocp_traj.audit.separation import Frames, Index, Mask, Side, Stretch, second_order, separation
-from ocp_traj.audit.surface import Surface
 from ocp_traj.collision.cell import TOLERANCE, Cell
 from ocp_traj.collision.distances import Measure
 
