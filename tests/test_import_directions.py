@@ -32,14 +32,14 @@ BUILDERS = ("codegen", "robot", "spline", "instant", "limits", "costs", "transcr
 """Where CasADi symbols are built or solved."""
 
 FENCES = {
-    "pinocchio": ("robot", "collision"),
+    "pinocchio": ("robot",),
     "casadi": (*BUILDERS, "audit", "references"),  # the judge evaluates a user's own CasADi constraint
     "toppra": ("references",),
     "cvxpy": ("references",),
     "clarabel": ("references",),
     "pandas": ("comparison",),
     "matplotlib": ("pictures",),
-    "coal": ("robot", "collision"),
+    "coal": ("collision",),
     "tomllib": ("case",),
     "tomli": ("case",),
     "tomli_w": ("case",),

@@ -15,7 +15,7 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.collision.bodies import Body, Convex, hull
-from ocp_traj.robot.mesh_files import Triangles
+from ocp_traj.collision.mesh_files import Triangles
 
 ROUNDING = 1e-9
 """Thickness added to every hull, m: more than rounding of the cuts and of the hulls' corners."""

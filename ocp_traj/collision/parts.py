@@ -13,9 +13,9 @@ import numpy as np
 from ocp_traj.arrays import Array
 from ocp_traj.collision.bodies import box, capsule, cylinder, half_space, hull, sphere, transformed
 from ocp_traj.collision.covers import ROUNDING, Piece, cover
+from ocp_traj.collision.mesh_files import read_mesh
 from ocp_traj.collision.scene import CollisionScene, Shape, Solid
 from ocp_traj.exceptions import InputError, TaskError
-from ocp_traj.robot.mesh_files import read_mesh
 from ocp_traj.robot.meshes import LinkShape, link_shapes
 
 if TYPE_CHECKING:

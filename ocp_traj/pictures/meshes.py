@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocp_traj.robot.mesh_files import Mesh, Triangles
+from ocp_traj.collision.mesh_files import Mesh, Triangles
 
 _KEY_BITS = 20
 

@@ -9,8 +9,8 @@ import pytest
 
 from ocp_traj.collision.bodies import SIGNS, Body, transformed
 from ocp_traj.collision.covers import Piece, cover, holds
+from ocp_traj.collision.mesh_files import read_mesh
 from ocp_traj.robot import load_robot
-from ocp_traj.robot.mesh_files import read_mesh
 from ocp_traj.robot.meshes import link_shapes
 
 FACES = np.array(

@@ -9,7 +9,7 @@ import pytest
 from ocp_traj.collision import CollisionScene, cell_of
 from ocp_traj.robot import Robot, load_robot
 from ocp_traj.robot.packaged import data_folder
-from tests.helpers.cells import panda_with_open_fingers, problems
+from tests.collision.cells import panda_with_open_fingers, problems
 
 
 @pytest.mark.parametrize("name", ["ur5", "panda"])

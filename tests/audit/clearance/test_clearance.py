@@ -19,7 +19,7 @@ from ocp_traj.collision.distances import Measure
 from ocp_traj.robot import load_robot
 from ocp_traj.task import Limits
 from ocp_traj.trajectory import Trajectory
-from tests.helpers.cells import clamped, random_motion, random_scene, task_among
+from tests.collision.cells import clamped, random_motion, random_scene, task_among
 
 REACH = np.array([0.0, -0.6, 0.5, 0.0, 1.2, 0.0])
 SWAY = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
