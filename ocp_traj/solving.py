@@ -16,8 +16,10 @@ from ocp_traj.files import finite
 from ocp_traj.solvers import Outcome, Request, Solver, parse_solver
 from ocp_traj.solvers.mending import is_oversight, slowed_into_limits, solve_tighter
 from ocp_traj.solvers.outcomes import add_counts
+from ocp_traj.solvers.prepared import run_prepared
 from ocp_traj.solvers.registry import follow_protocol
 from ocp_traj.solvers.solver import ProgressCallback
+from ocp_traj.task import prepare
 from ocp_traj.trajectory_files import to_json as trajectory_to_json
 from ocp_traj.version import __version__
 
@@ -203,7 +205,7 @@ def solve(
     name = solver if isinstance(solver, str) else type(solver).__name__
     chosen = follow_protocol(parse_solver(solver) if isinstance(solver, str) else solver, task)
     request = Request(seed, budget, time_limit, progress, warm_start)
-    result = judge(task, name, seed, chosen.run(task, request))
+    result = judge(task, name, seed, run_prepared(chosen, task, request))
     if chosen.kind in ("gradient", "hybrid") and is_oversight(result.audit, result.solution.status):
         last = chosen if chosen.kind == "gradient" else parse_solver("ipopt")
         result = _mended(last, result, request)
@@ -249,7 +251,7 @@ def _mended(solver: Solver, result: SolveResult, request: Request) -> SolveResul
 def _no_worse(result: SolveResult, start: Trajectory) -> SolveResult:
     """Return the motion the solver was started from where it is feasible and the solver found nothing better."""
     task = result.task
-    segments = task.gaps * (task.virtual_knots + 1)
+    segments = prepare(task).task.gaps * (task.virtual_knots + 1)
     if start.family != task.family or len(start.breakpoints) != segments + 1:
         return result
     verdict = audit(task, start)

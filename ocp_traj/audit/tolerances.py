@@ -30,8 +30,5 @@ ACCELERATION_JUMPS = 1e-6
 JUMPS = (POSITION_JUMPS, VELOCITY_JUMPS, ACCELERATION_JUMPS)
 """The same by order of derivative."""
 
-CLEARANCE_SCALE = 0.01
-"""How much nearer than its margin, m, counts as one more time the limit."""
-
 CLEARANCE_TOLERANCE = 1e-6
 """A margin may be missed by this, m."""

@@ -6,8 +6,11 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from ocp_traj.audit.tolerances import CLEARANCE_SCALE, CLEARANCE_TOLERANCE, RATIO_TOLERANCE
+from ocp_traj.audit.tolerances import CLEARANCE_TOLERANCE, RATIO_TOLERANCE
 from ocp_traj.quantities import limited_quantity
+
+CLEARANCE_SCALE = 0.01
+"""How much nearer than its margin, m, counts as one more time the limit."""
 
 
 @dataclass(frozen=True)

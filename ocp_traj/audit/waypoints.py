@@ -5,13 +5,12 @@ from __future__ import annotations
 from math import comb
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ocp_traj.arrays import Array
 from ocp_traj.audit.motion import Motion, nearest_index
 from ocp_traj.audit.numerics.roots import bracketed_root
 from ocp_traj.exceptions import InputError
-from ocp_traj.task import TrajectoryTask
+from ocp_traj.task import TrajectoryTask, passed_once
 from ocp_traj.trajectory import Trajectory
 
 _SAME_TIME = 1e-9
@@ -57,14 +56,6 @@ def _with_breakpoints(trajectory: Trajectory, times: Array) -> Trajectory:
         for i in range(power + 1):
             shifted[:, :, i] += old[:, :, power] * (comb(power, i) * shift ** (power - i))[:, None]
     return Trajectory(merged, shifted, times, trajectory.family, trajectory.case)
-
-
-def passed_once(task: TrajectoryTask) -> NDArray[np.bool_]:
-    """Return which gaps lie between equal waypoints that are one point: they last 0 s, (K - 1,)."""
-    equal = (task.waypoints[1:] == task.waypoints[:-1]).all(axis=1)
-    free = (np.asarray(task.objective.gap_durations) == [0.0, np.inf]).all(axis=1)
-    once: NDArray[np.bool_] = equal & free
-    return once
 
 
 def _find_all(task: TrajectoryTask, trajectory: Trajectory) -> Array:

@@ -56,7 +56,6 @@ def read_collision(
     section.check_keys(KEYS)
     if "robot" not in case:
         raise section.error("", "needs a robot, but the case has no [robot]")
-    robot = case.section("robot")
     obstacles = [_solid(entry, gaps, folder, trusted, "margin") for entry in section.sections("obstacles")]
     if len(obstacles) > MOST_BODIES:
         raise section.error("obstacles", f"{len(obstacles)} given, expected at most {MOST_BODIES}")
@@ -67,7 +66,6 @@ def read_collision(
         self_margin=_length(section, "self_margin", 0.0),
         with_itself=_truth(section, "self", True),
         pairs=section.choice("pairs", PAIRS, PAIRS[0]),
-        srdf=resolve_inside(robot, "srdf", folder, trusted) if "srdf" in robot else None,
         cover=_cover(section),
         ignore=_name_pairs(section, "ignore"),
         contact=tuple(_contact(entry, gaps) for entry in section.sections("contact")),

@@ -55,7 +55,7 @@ def _parts(task: TrajectoryTask) -> Iterator[str]:
 
 
 def _collision_parts(robot: Robot, scene: CollisionScene) -> Iterator[str]:
-    from ocp_traj.collision.parts import geometry_digest
+    from ocp_traj.collision.digest import geometry_digest
 
     yield f"collision {geometry_digest(robot, scene)}"
     yield from _numbers("collision margins", (scene.margin, scene.self_margin, scene.cover, scene.with_itself))

@@ -70,6 +70,25 @@ def load_case(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Trajec
     return task_from_tables(tables, file, _path_of(name_or_path).parent, trusted)
 
 
+def limits_named(name_or_path: str | Path, overrides: Sequence[str] = ()) -> set[str]:
+    """Return the names of the limits that a case file gives for all of its gaps.
+
+    Parameters
+    ----------
+    name_or_path, overrides
+        As `load_case`.
+
+    Raises
+    ------
+    CaseError
+        There is no such case, or it is no TOML.
+    """
+    tables = _tables(name_or_path)
+    for override in overrides:
+        apply_override(tables, override, str(name_or_path))
+    return set(tables.get("limits", {}))
+
+
 def load_case_text(text: str, overrides: Sequence[str] = (), folder: Path | None = None) -> TrajectoryTask:
     """Return the task of a case given as text; paths in it are relative to `folder` (default: here).
 

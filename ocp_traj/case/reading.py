@@ -12,7 +12,7 @@ import numpy as np
 from ocp_traj.arrays import Array
 from ocp_traj.case.collision import read_collision
 from ocp_traj.case.limits import read_limits
-from ocp_traj.case.robots import MAX_JOINTS, limited_to, read_motor, read_robot
+from ocp_traj.case.robots import MAX_JOINTS, limited_to, read_motor, read_robot, short_way
 from ocp_traj.case.section import Section
 from ocp_traj.case.units import joint_factors
 from ocp_traj.exceptions import CaseError, InputError, TaskError
@@ -97,7 +97,7 @@ def task_from_tables(
 
 def _problem(case: Section, robot: Robot | None, folder: Path, trusted: Collection[str]) -> dict[str, Any]:
     section = case.section("waypoints")
-    section.check_keys(("unit", "joints", "poses", "start", "weights", "tolerance"))
+    section.check_keys(("unit", "joints", "poses", "start", "weights", "tolerance", "continuous"))
     count, n = _size(section, robot)
     limits = read_limits(case.section("limits"), count - 1, n, robot, folder, trusted)
     spline = case.section("spline")
@@ -143,9 +143,7 @@ def _size(section: Section, robot: Robot | None) -> tuple[int, int]:
             raise section.error("poses", f"rows have {width} numbers, expected 7: x, y, z, qx, qy, qz, qw")
         return count, robot.n
     if robot is not None and width != robot.n:
-        raise section.error(
-            "joints", f"rows have {width} numbers, expected {robot.n}, the joints of {robot.name}"
-        )
+        raise section.error("joints", robot.row_problem(width))
     if not 1 <= width <= MAX_JOINTS:
         raise section.error("joints", f"rows have {width} numbers, expected 1 to {MAX_JOINTS}")
     return count, width
@@ -159,6 +157,8 @@ def _waypoints(section: Section, robot: Robot | None, limits: Limits, n: int) ->
         waypoints = section.array("joints") * joint_factors(section, n, robot)
         if np.abs(waypoints).max() > MAX_POSITION:
             raise section.error("joints", f"a coordinate is beyond {MAX_POSITION:g} rad or m")
+        if section.choice("continuous", ("as-given", "short"), "as-given") == "short":
+            return short_way(section, robot, waypoints)
         return waypoints
     assert robot is not None  # _size refuses poses without a robot
     return _waypoints_from_poses(section, robot, limits, n)
@@ -167,6 +167,8 @@ def _waypoints(section: Section, robot: Robot | None, limits: Limits, n: int) ->
 def _waypoints_from_poses(section: Section, robot: Robot, limits: Limits, n: int) -> Array:
     from ocp_traj.robot.inverse_kinematics import solve_poses
 
+    if "continuous" in section:
+        raise section.error("continuous", "belongs to joints, but poses are given: they take the nearest turn")
     if "unit" in section:
         raise section.error("unit", "belongs to joints, but poses are given (m, and unit quaternions)")
     poses = section.array("poses")

@@ -33,7 +33,7 @@ _INFINITY = float("inf")
 def task_to_json(task: TrajectoryTask) -> dict[str, Any] | None:
     """Return a task as JSON values, keys as in a case file; None where it has functions or a family of one's own.
 
-    None, too, for a task with a scene whose shapes cannot travel: a robot of a file, meshes, an SRDF.
+    None, too, for a task with a scene whose shapes cannot travel: a robot of a file, and meshes.
 
     A robot that came by name or from a DH table is named so, any other is written as its chain of joints. Limits are
     complete, those of the robot too; ``null`` is no limit.
@@ -60,7 +60,7 @@ def _scene_travels(task: TrajectoryTask) -> bool:
     if scene is None or robot is None:
         return True
     meshes = any(solid.shape.mesh is not None for solid in (*scene.tool, *scene.obstacles))
-    return robot.source is not None and bool(robot.source.name) and scene.srdf is None and not meshes
+    return robot.source is not None and bool(robot.source.name) and not meshes
 
 
 def _arm(robot: Robot) -> Arm:

@@ -16,7 +16,7 @@ from ocp_traj.task import TrajectoryTask
 from ocp_traj.task.limits import default_limits
 
 if TYPE_CHECKING:
-    from ocp_traj.robot import Robot
+    from ocp_traj.robot import Robot, RobotSource
 
 
 def dumps(task: TrajectoryTask, folder: Path | None = None) -> str:
@@ -40,8 +40,9 @@ def dumps(task: TrajectoryTask, folder: Path | None = None) -> str:
     tables = task_tables(task, arm)
     if task.collision is not None:
         tables["collision"] = collision_table(task.collision, folder)
-        if task.collision.srdf is not None:
-            tables["robot"]["srdf"] = below(task.collision.srdf, folder, "robot.srdf")
+        source = task.robot.source if task.robot is not None else None
+        if task.collision.pairs == "srdf" and source is not None and source.srdf is not None and not source.name:
+            tables["robot"]["srdf"] = below(source.srdf, folder, "robot.srdf")
     return tomli_w.dumps(tables)
 
 
@@ -198,12 +199,26 @@ def described(robot: Robot, folder: Path) -> Arm:
 
     source = robot.source or RobotSource()
     if source.name:
-        return {"model": source.name}, load_robot(source.name)
+        named = load_robot(source.name)
+        assert named.source is not None  # read from a URDF
+        if named.joint_names == robot.joint_names and named.source.lock == source.lock:
+            return {"model": source.name}, named
+        chosen = _selection(robot, source)
+        return {"model": source.name, **chosen}, load_robot(source.name, **chosen)
     if source.dh is not None:
         return {"dh": dict(source.dh)}, robot_from_dh(**source.dh)
     if source.urdf is None:
         raise TaskError("robot", f"{robot.name!r} came neither by name nor from a URDF nor from a DH table")
-    table: dict[str, Any] = {"urdf": below(source.urdf, folder, "robot.urdf")}
-    if source.lock:
+    relative = below(source.urdf, folder, "robot.urdf")
+    chosen = _selection(robot, source)
+    return {"urdf": relative, **chosen}, robot_from_urdf(source.urdf, **chosen)
+
+
+def _selection(robot: Robot, source: RobotSource) -> dict[str, Any]:
+    """Return the keys that say which joints of a description stand still, and where if not at zero."""
+    table: dict[str, Any] = {"keep": list(robot.joint_names)} if source.name else {}
+    if any(source.lock.values()):
+        table["lock"] = dict(source.lock)
+    elif source.lock and not source.name:
         table["lock"] = list(source.lock)
-    return table, robot_from_urdf(source.urdf, source.lock)
+    return table

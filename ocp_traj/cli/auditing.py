@@ -94,7 +94,10 @@ def _from_durations(task: TrajectoryTask, text: str) -> tuple[Trajectory, Trajec
         raise InputError(
             f"--durations has {len(values)} numbers, expected {task.gaps}, one a gap between waypoints"
         )
-    if not all(0 < value < float("inf") for value in values):
+    from ocp_traj.task import passed_once
+
+    zero_allowed = passed_once(task)
+    if not all(0 < value < float("inf") or (value == 0 and zero) for value, zero in zip(values, zero_allowed)):
         raise InputError(f"--durations {text!r} given, expected positive numbers of seconds")
     import numpy as np
 

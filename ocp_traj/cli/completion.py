@@ -10,7 +10,7 @@ def _matching(names: list[str], incomplete: str, prefix: str = "") -> list[Compl
     return [CompletionItem(prefix + name) for name in names if name.startswith(incomplete)]
 
 
-class CaseName(click.ParamType):
+class CaseName(click.ParamType):  # type: ignore[type-arg]  # generic in newer releases only
     """A packaged case's name or the path of a case file."""
 
     name = "case"
@@ -24,7 +24,7 @@ class CaseName(click.ParamType):
         return _matching(case_names(), incomplete) or [CompletionItem(incomplete, type="file")]
 
 
-class SolverName(click.ParamType):
+class SolverName(click.ParamType):  # type: ignore[type-arg]  # generic in newer releases only
     """A solver's name, with parameters if wanted; or several with commas between."""
 
     name = "solver"
@@ -39,7 +39,7 @@ class SolverName(click.ParamType):
         return _matching(solver_names(), last, before + comma)
 
 
-class Override(click.ParamType):
+class Override(click.ParamType):  # type: ignore[type-arg]  # generic in newer releases only
     """``KEY=VALUE``."""
 
     name = "override"

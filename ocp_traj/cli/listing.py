@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from ocp_traj.cli.output import console_for, print_table, write_json
+from ocp_traj.exceptions import InputError
 
 
 @dataclass(frozen=True)
@@ -32,17 +33,45 @@ class Listing:
 
 
 @click.command(name="list")
-@click.argument("what", type=click.Choice(["robots", "solvers", "cases", "families"]), required=False)
+@click.argument("what", type=click.Choice(["robots", "solvers", "cases", "families", "joints"]), required=False)
+@click.argument("subject", required=False, metavar="[CASE|URDF]")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-def list_names(what: str | None, as_json: bool) -> None:
-    """List robots, solvers, cases and spline families; with WHAT only those."""
+def list_names(what: str | None, subject: str | None, as_json: bool) -> None:
+    """List robots, solvers, cases and spline families; with WHAT only those.
+
+    `list joints CASE|URDF` lists the joints by name with the numbers of their limits, and where each comes from.
+    """
+    if what == "joints":
+        return _joints(subject, as_json)
+    if subject is not None:
+        raise InputError(f"{subject} given, which belongs to `list joints CASE|URDF`")
     found = {name: make() for name, make in _LISTS.items() if what in (None, name)}
     if as_json:
-        write_json({"schema": 1, **{name: listing.entries for name, listing in found.items()}}, "-")
-        return
+        return write_json({"schema": 1, **{name: listing.entries for name, listing in found.items()}}, "-")
     console = console_for(None)
     for name, listing in found.items():
         print_table(console, name, listing.columns, listing.rows, words=listing.words)
+    return None
+
+
+def _joints(subject: str | None, as_json: bool) -> None:
+    from ocp_traj.case.loading import case_names, limits_named, load_case
+    from ocp_traj.cli.joints import case_joints, is_description, joint_lines, robot_joints
+    from ocp_traj.robot import load_robot, robot_from_urdf, robot_names
+
+    if subject is None:
+        raise InputError("list joints: expected a case or a robot description")
+    if is_description(subject):
+        found = robot_joints(robot_from_urdf(subject))
+    elif subject in robot_names() and subject not in case_names():
+        found = robot_joints(load_robot(subject))
+    else:
+        found = case_joints(load_case(subject), limits_named(subject))
+    if as_json:
+        return write_json(found, "-")
+    for line in joint_lines(found):
+        click.echo(line)
+    return None
 
 
 def _robots() -> Listing:

@@ -31,6 +31,12 @@ from ocp_traj.exceptions import InputError
     "--certificate", is_flag=True, help="Also prove the best durations of the case's spline family (minutes)."
 )
 @click.option(
+    "--time-limit",
+    type=click.FloatRange(min=0.0, min_open=True),
+    metavar="S",
+    help="Seconds for all of them together (20, with a certificate 140).",
+)
+@click.option(
     "--plot",
     "picture",
     metavar="FILE",
@@ -43,6 +49,7 @@ def reference_case(
     result: str | None,
     jerk: bool,
     certificate: bool,
+    time_limit: float | None,
     picture: str | None,
     overrides: tuple[str, ...],
     json_file: str | None,
@@ -59,7 +66,7 @@ def reference_case(
     task = load_case(case or str(result), overrides)
     motion = None if result is None else read_json(result)
     with console.status(f"references of {task.name} …"):
-        found = collect_references(task, motion, jerk=jerk, certificate=certificate)
+        found = collect_references(task, motion, jerk=jerk, certificate=certificate, time_limit=time_limit)
     table = found.to_json()
     print_table(console, f"references of {task.name}", ["reference", "", "duration"], _rows(table))
     for name, said in table["messages"].items():

@@ -164,10 +164,10 @@ def cell_of(robot: Robot, scene: CollisionScene) -> Cell:
     TaskError
         A mesh of the scene cannot be read.
     """
-    return _cell(robot, robot.description, scene)
+    return _cell(robot, robot.description, None if robot.source is None else robot.source.srdf, scene)
 
 
 @lru_cache(maxsize=32)
-def _cell(robot: Robot, description: Path | None, scene: CollisionScene) -> Cell:
+def _cell(robot: Robot, description: Path | None, srdf: Path | None, scene: CollisionScene) -> Cell:
     parts = parts_of(robot, scene)
     return Cell(robot, scene, parts, *pairs_of(robot, scene, parts))

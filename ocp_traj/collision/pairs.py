@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING
-from xml.etree import ElementTree
 
 from ocp_traj.collision.parts import Part
 from ocp_traj.collision.scene import CollisionScene
-from ocp_traj.exceptions import RobotError, TaskError
-from ocp_traj.robot.meshes import link_shapes
+from ocp_traj.exceptions import TaskError
+from ocp_traj.robot.description.document import read_document
+from ocp_traj.robot.meshes import collision_shapes
 
 if TYPE_CHECKING:
     from ocp_traj.robot.robot import Robot
@@ -88,7 +88,7 @@ SHARED, SRDF, IGNORED = "they share a joint", "listed in the SRDF", "ignored"
 def _reasons(robot: Robot, scene: CollisionScene, parts: tuple[Part, ...]) -> dict[Names, str]:
     reasons: dict[Names, str] = {}
     if scene.pairs == "srdf":
-        reasons.update(dict.fromkeys(_disabled(srdf_file(robot, scene)), SRDF))
+        reasons.update(dict.fromkeys(_disabled(srdf_file(robot)), SRDF))
     links = {part.owner for part in parts if part.kind == "link"}
     reasons.update(dict.fromkeys(_sharing_a_joint(robot, links), SHARED))
     reasons.update({_key(*pair): IGNORED for pair in scene.ignore})
@@ -97,7 +97,7 @@ def _reasons(robot: Robot, scene: CollisionScene, parts: tuple[Part, ...]) -> di
 
 def check_names(robot: Robot, scene: CollisionScene) -> None:
     """Raise TaskError where a scene names a body that does not exist, or gives one the name of a link."""
-    links = {shape.link for shape in link_shapes(robot, "collision")}
+    links = {shape.link for shape in collision_shapes(robot)}
     own = {solid.name for solid in (*scene.tool, *scene.obstacles)}
     if links & own:
         raise TaskError("collision", f"{min(links & own)!r} is the name of a link, expected another for the body")
@@ -124,7 +124,7 @@ def _sharing_a_joint(robot: Robot, links: set[str]) -> list[Names]:
     if robot.description is None:
         return []
     parents = {}
-    for joint in ElementTree.parse(robot.description).getroot().iterfind("joint"):
+    for joint in read_document(robot.description).iterfind("joint"):
         parent, child = joint.find("parent"), joint.find("child")
         if parent is not None and child is not None:
             parents[child.get("link", "")] = parent.get("link", "")
@@ -138,23 +138,23 @@ def _sharing_a_joint(robot: Robot, links: set[str]) -> list[Names]:
     return found
 
 
-def srdf_file(robot: Robot, scene: CollisionScene) -> Path:
-    """Return the SRDF of a scene: its own, else the one beside a named robot's description.
+def srdf_file(robot: Robot) -> Path:
+    """Return the SRDF of a robot: its own, else the one beside its description whose name is most like it.
 
     Raises
     ------
     TaskError
         There is none.
     """
-    if scene.srdf is not None:
-        return scene.srdf
-    if robot.source is not None and robot.source.name and robot.description is not None:
+    if robot.source is not None and robot.source.srdf is not None:
+        return robot.source.srdf
+    if robot.description is not None:
         stem = robot.description.stem
         known = sorted((robot.description.parent.parent / "srdf").glob("*.srdf"), key=lambda path: len(path.stem))
-        exact = [path for path in known if stem.startswith(path.stem)]
+        shorter = [path for path in known if stem.startswith(path.stem)]
         longer = [path for path in known if path.stem.startswith(stem)]
-        if exact or longer:
-            return exact[-1] if exact else longer[0]
+        if shorter or longer:
+            return shorter[-1] if shorter else longer[0]
     raise TaskError("collision.pairs", f"'srdf' given, but {robot.name} has none of its own; expected robot.srdf")
 
 
@@ -166,10 +166,5 @@ def _disabled(path: Path) -> list[Names]:
     RobotError
         The file cannot be read.
     """
-    try:
-        root = ElementTree.parse(path).getroot()
-    except (OSError, ElementTree.ParseError) as error:
-        raise RobotError(f"SRDF {path.name} cannot be read ({error})") from None
-    return [
-        _key(entry.get("link1", ""), entry.get("link2", "")) for entry in root.iter("disable_collisions")
-    ]
+    root = read_document(path, "SRDF")
+    return [_key(entry.get("link1", ""), entry.get("link2", "")) for entry in root.iter("disable_collisions")]

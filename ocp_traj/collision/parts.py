@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -14,9 +13,9 @@ from ocp_traj.arrays import Array
 from ocp_traj.collision.bodies import box, capsule, cylinder, half_space, hull, sphere, transformed
 from ocp_traj.collision.covers import ROUNDING, Piece, cover
 from ocp_traj.collision.mesh_files import read_mesh
-from ocp_traj.collision.scene import CollisionScene, Shape, Solid
+from ocp_traj.collision.scene import CollisionScene, Solid
 from ocp_traj.exceptions import InputError, TaskError
-from ocp_traj.robot.meshes import LinkShape, link_shapes
+from ocp_traj.robot.meshes import LinkShape, collision_shapes
 
 if TYPE_CHECKING:
     from ocp_traj.robot.robot import Robot
@@ -83,7 +82,7 @@ def parts_of(robot: Robot, scene: CollisionScene) -> tuple[Part, ...]:
 def _link_parts(robot: Robot, description: Path | None, most: int) -> tuple[Part, ...]:
     return tuple(
         Part(shape.link, "link", shape.joint, _link_piece(shape, most))
-        for shape in link_shapes(robot, "collision")
+        for shape in collision_shapes(robot)
     )
 
 
@@ -119,26 +118,3 @@ def _solid(solid: Solid, frame: Array, most: int) -> Piece:
         raise TaskError(f"collision.{solid.name}.mesh", f"{shape.mesh.name} has no triangles")
     vertices = transformed(place, mesh.vertices)
     return Piece(hull(vertices, ROUNDING)) if shape.convex else cover(vertices, mesh.triangles, most)
-
-
-def geometry_digest(robot: Robot, scene: CollisionScene) -> str:
-    """Return a hash of all shapes of a cell: what is said of the scene, and the contents of mesh files."""
-    text = hashlib.sha256()
-    for shape in link_shapes(robot, "collision"):
-        numbers = " ".join(f"{value + 0.0:.11e}" for value in (*np.round(shape.placement, 12).ravel(), *shape.size))
-        text.update(f"{shape.link} {shape.joint} {shape.kind} {numbers}\n".encode())
-        text.update(_content(shape.path))
-    for solid in (*scene.tool, *scene.obstacles):
-        text.update(_in_words(solid).encode())
-        text.update(_content(solid.shape.mesh))
-    return text.hexdigest()
-
-
-def _in_words(solid: Solid) -> str:
-    shape: Shape = solid.shape
-    numbers = " ".join(f"{value + 0.0:.11e}" for value in (*solid.pose, *shape.size))
-    return f"{solid.name} {shape.kind} {shape.convex} {numbers} {solid.margin} {solid.gaps}\n"
-
-
-def _content(path: Path | None) -> bytes:
-    return b"" if path is None else hashlib.sha256(path.read_bytes()).digest()

@@ -142,8 +142,6 @@ class CollisionScene:
         Whether the robot's own bodies are judged against each other.
     pairs : str
         Pairs of links that are left out, one of `PAIRS`.
-    srdf : pathlib.Path, optional
-        The file that lists them; by default the one beside a named robot's description.
     cover : int
         Most convex pieces of a link's mesh.
     ignore : tuple of pairs of str
@@ -162,7 +160,6 @@ class CollisionScene:
     self_margin: float = 0.0
     with_itself: bool = True
     pairs: str = "adjacent"
-    srdf: Path | None = None
     cover: int = 16
     ignore: tuple[tuple[str, str], ...] = ()
     contact: tuple[Contact, ...] = ()

@@ -1,7 +1,8 @@
-"""The shapes of a robot's links read from its URDF, for pictures and collision; no dynamics depend on them."""
+"""The visual shapes of a robot read from a URDF, for pictures; no dynamics depend on them."""
 
 from __future__ import annotations
 
+import logging
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,9 +13,12 @@ import numpy as np
 
 from ocp_traj.arrays import Array, read_only
 from ocp_traj.exceptions import RobotError
+from ocp_traj.robot.description.document import read_document
 
 if TYPE_CHECKING:
     from ocp_traj.robot.robot import Robot
+
+_LOGGER = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -59,66 +63,91 @@ class VisualMesh:
         In that link.
     scale : (3,)
         Factors from the file's numbers to m.
+    colour : tuple of 3 float or None
+        Red, green and blue from 0 to 1, None where the description gives no colour.
     """
 
     path: Path
     link: int
     placement: Array
     scale: Array
+    colour: tuple[float, float, float] | None = None
 
 
 def visual_meshes(robot: Robot) -> list[VisualMesh]:
     """Return the meshes of a robot; shapes that are no mesh (boxes, spheres) are left out.
 
+    A mesh that is not where it should be is left out, too, and said so in the log. The URDF is read here and not
+    through Pinocchio's geometry model, which would load every mesh.
+
     Raises
     ------
     RobotError
-        One of the meshes is not where it should be.
+        The description cannot be read any more.
     """
-    return [
-        VisualMesh(path=shape.path, link=shape.joint, placement=shape.placement, scale=read_only(shape.size))
-        for shape in link_shapes(robot, "visual")
-        if shape.path is not None
-    ]
+    if robot.description is None:
+        return []
+    from ocp_traj.robot.model import frame_index
+
+    meshes = []
+    root = read_document(robot.description)
+    colours = {material.get("name"): _colour(material) for material in root.findall("material")}
+    for link in root.iter("link"):
+        shapes = [shape for shape in link.iter("visual") if shape.find("geometry/mesh") is not None]
+        if not shapes:
+            continue
+        frame = robot.bare_model.frames[frame_index(robot.bare_model, link.attrib["name"])]
+        for shape in shapes:
+            mesh = shape.find("geometry/mesh")
+            assert mesh is not None  # only such shapes were kept
+            try:
+                path = _mesh_path(mesh.get("filename", ""), robot.description)
+            except RobotError as error:
+                _LOGGER.warning("%s; it is left out of the picture", error)
+                continue
+            material = shape.find("material")
+            placement = frame.placement.homogeneous @ _origin(shape.find("origin"))
+            meshes.append(
+                VisualMesh(
+                    path=path,
+                    link=int(frame.parentJoint),
+                    placement=read_only(placement),
+                    scale=read_only(_numbers(mesh.get("scale", "1 1 1"))),
+                    colour=None if material is None else _colour(material) or colours.get(material.get("name")),
+                )
+            )
+    return meshes
 
 
-def link_shapes(robot: Robot, purpose: str) -> list[LinkShape]:
-    """Return the shapes of a robot's links; none without a URDF.
-
-    The URDF is read here and not through Pinocchio's geometry model, which would load every mesh.
-
-    Parameters
-    ----------
-    robot : Robot
-    purpose : str
-        "visual" or "collision".
+def collision_shapes(robot: Robot) -> list[LinkShape]:
+    """Return the shapes of a robot's links that count for collision; none without a URDF.
 
     Raises
     ------
     RobotError
-        One of the meshes is not where it should be, or a shape has numbers that are none.
+        The description cannot be read any more, a mesh is not where it should be, or a shape has numbers that are none.
     """
     if robot.description is None:
         return []
     from ocp_traj.robot.model import frame_index
 
     shapes = []
-    for link in ElementTree.parse(robot.description).getroot().iter("link"):
-        elements = [(element, _geometry(element)) for element in link.iter(purpose)]
-        for element, geometry in elements:
+    for link in read_document(robot.description).iter("link"):
+        name = link.get("name", "")
+        for element in link.iter("collision"):
+            geometry = _geometry(element)
             if geometry is None:
                 continue
-            frame = robot.bare_model.frames[frame_index(robot.bare_model, link.attrib["name"])]
-            placement = frame.placement.homogeneous @ _origin(element.find("origin"))
+            frame = robot.bare_model.frames[frame_index(robot.bare_model, name)]
+            placement = read_only(frame.placement.homogeneous @ _origin(element.find("origin")))
             try:
                 kind, size = geometry.tag, _size(geometry)
             except (KeyError, ValueError):
                 raise RobotError(
-                    f"link {link.attrib['name']} of {robot.description}: its {geometry.tag} has no valid sizes"
+                    f"link {name} of {robot.description.name}: its {geometry.tag} has no valid sizes"
                 ) from None
-            path = _mesh_path(geometry.attrib["filename"], robot.description) if kind == "mesh" else None
-            joint = int(frame.parentJoint)
-            shapes.append(LinkShape(link.attrib["name"], joint, read_only(placement), kind, size, path))
+            path = _mesh_path(geometry.get("filename", ""), robot.description) if kind == "mesh" else None
+            shapes.append(LinkShape(name, int(frame.parentJoint), placement, kind, size, path))
     return shapes
 
 
@@ -140,6 +169,18 @@ def _size(geometry: ElementTree.Element) -> tuple[float, ...]:
     if len(size) != {"mesh": 3, "box": 3, "sphere": 1}.get(geometry.tag, 2) or not np.isfinite(size).all():
         raise ValueError
     return tuple(size)
+
+
+def _colour(material: ElementTree.Element) -> tuple[float, float, float] | None:
+    """Return the colour that a material states itself, None where it states none or no valid one."""
+    element = material.find("color")
+    if element is None:
+        return None
+    try:
+        red, green, blue, *_ = [min(max(value, 0.0), 1.0) for value in _numbers(element.get("rgba", ""))]
+    except ValueError:
+        return None
+    return red, green, blue
 
 
 def _numbers(text: str) -> list[float]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from metaheuristics import Status
 from ocp_traj.audit import Verdict, audit
+from ocp_traj.solvers.prepared import run_prepared
 from ocp_traj.solvers.solver import Outcome, Request, Solver
 from ocp_traj.task import Limits, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
@@ -80,7 +81,7 @@ def solve_tighter(solver: Solver, task: TrajectoryTask, ratio: float, request: R
     request : Request
         What is left of budget and time, warm.
     """
-    return solver.run(task.changed(limits=tightened(task, 2.0 * (ratio - 1.0))), request)
+    return run_prepared(solver, task.changed(limits=tightened(task, 2.0 * (ratio - 1.0))), request)
 
 
 def tightened(task: TrajectoryTask, fraction: float) -> Limits:

@@ -77,10 +77,7 @@ class TrajectoryTask:
         n = waypoints.shape[1]
         gaps = len(waypoints) - 1
         if self.robot is not None and self.robot.n != n:
-            raise TaskError(
-                "waypoints",
-                f"rows have {n} numbers, expected {self.robot.n}, the joints of {self.robot.name}",
-            )
+            raise TaskError("waypoints", self.robot.row_problem(n))
         check_family(self.family, self.virtual_knots, len(waypoints))
         tolerance = numbers("waypoints.tolerance", self.tolerance)
         if tolerance.shape not in ((), (n,), waypoints.shape) or not (tolerance >= 0).all():

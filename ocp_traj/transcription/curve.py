@@ -10,7 +10,7 @@ from ocp_traj.arrays import Array, ArrayLike
 from ocp_traj.exceptions import InputError, TaskError
 from ocp_traj.quantities import RATES
 from ocp_traj.spline import EndConditions, Piece
-from ocp_traj.task import Boundary, TrajectoryTask
+from ocp_traj.task import Boundary, TrajectoryTask, merged, passed_once
 from ocp_traj.trajectory import Trajectory
 
 
@@ -92,11 +92,12 @@ def trajectory_from_durations(task: TrajectoryTask, durations: ArrayLike) -> Tra
     ----------
     task : TrajectoryTask
     durations : (K - 1,) s
+        0 between equal waypoints that are passed once.
 
     Raises
     ------
     InputError
-        Their number is wrong, or one is not positive.
+        Their number is wrong, or one is not positive between waypoints that are two.
 
     Examples
     --------
@@ -111,9 +112,11 @@ def trajectory_from_durations(task: TrajectoryTask, durations: ArrayLike) -> Tra
     h = np.asarray(durations, dtype=np.float64)
     if h.shape != (task.gaps,):
         raise InputError(f"{h.size} durations given, expected {task.gaps}, one a gap between waypoints")
-    if not (np.isfinite(h).all() and (h > 0).all()):
+    once = passed_once(task) & (h == 0)
+    if not (np.isfinite(h).all() and (once | (h > 0)).all()):
         raise InputError(f"durations {h.tolist()} given, expected positive numbers")
-    return build_trajectory(without_virtual_knots(task), h, np.asarray(task.waypoints))
+    ready = merged(without_virtual_knots(task), once)
+    return ready.restored(build_trajectory(ready.task, h[ready.kept], np.asarray(ready.task.waypoints)))
 
 
 def without_virtual_knots(task: TrajectoryTask) -> TrajectoryTask:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import ocp_traj as ot
-from helpers.small_arm import ARM
+from helpers.small_tasks import ARM
 from ocp_traj.case import carried_task, case_names, load_case, task_digest, task_from_json, task_to_json
 from ocp_traj.exceptions import CaseError
 from ocp_traj.robot import Friction, Payload, robot_from_urdf

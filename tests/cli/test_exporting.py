@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
-from helpers.small_arm import ARM
+from helpers.small_tasks import ARM
 from ocp_traj.audit import audit
 from ocp_traj.case import carried_task, load_case
 from ocp_traj.cli.main import run

@@ -56,8 +56,9 @@ def test_pairs_that_an_srdf_lists_keep_no_margin_but_may_not_touch() -> None:
 def test_a_robot_without_an_srdf_says_so() -> None:
     with pytest.raises(TaskError, match=r"collision\.pairs: 'srdf' given, but so100 has none of its own"):
         cell_of(load_robot("so100"), CollisionScene(pairs="srdf"))
-    with pytest.raises(RobotError, match=r"SRDF nothing\.srdf cannot be read"):
-        cell_of(load_robot("ur5"), CollisionScene(pairs="srdf", srdf=Path("nothing.srdf")))
+    lost = load_robot("ur5", srdf=Path("nothing.srdf"))
+    with pytest.raises(RobotError, match=r"nothing\.srdf does not exist"):
+        cell_of(lost, CollisionScene(pairs="srdf"))
 
 
 def test_ignored_pairs_are_named_and_not_judged() -> None:

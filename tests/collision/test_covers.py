@@ -11,7 +11,7 @@ from ocp_traj.collision.bodies import SIGNS, Body, transformed
 from ocp_traj.collision.covers import Piece, cover, holds
 from ocp_traj.collision.mesh_files import read_mesh
 from ocp_traj.robot import load_robot
-from ocp_traj.robot.meshes import link_shapes
+from ocp_traj.robot.meshes import collision_shapes
 
 FACES = np.array(
     [
@@ -73,7 +73,7 @@ def test_every_point_of_a_solid_lies_in_a_piece(number: int) -> None:
 
 @pytest.mark.parametrize("name", ["ur5", "panda"])
 def test_the_covers_of_an_arm_hold_its_meshes(name: str) -> None:
-    for shape in link_shapes(load_robot(name), "collision"):
+    for shape in collision_shapes(load_robot(name)):
         if shape.path is not None:
             mesh = read_mesh(shape.path)
             vertices = mesh.vertices * shape.size

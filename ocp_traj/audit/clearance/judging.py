@@ -6,8 +6,7 @@ import numpy as np
 
 from ocp_traj.audit.clearance.certificate import Certificate, Found, Witness
 from ocp_traj.audit.motion import Motion
-from ocp_traj.audit.tolerances import CLEARANCE_SCALE
-from ocp_traj.audit.verdict import Clearance, Extremum
+from ocp_traj.audit.verdict import CLEARANCE_SCALE, Clearance, Extremum
 from ocp_traj.collision.cell import Cell, cell_of
 from ocp_traj.task import TrajectoryTask
 

@@ -12,7 +12,7 @@ form. Each gives a lower bound of T: instants are chosen, never trusted.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +21,9 @@ from ocp_traj.arrays import Array, read_only
 from ocp_traj.quantities import DERIVATIVES, RATES
 from ocp_traj.references.bounds.branch_and_bound import prove_total
 from ocp_traj.references.bounds.enclosure import Enclosure
-from ocp_traj.references.bounds.kinematic_bound import MARGIN, gap_bounds
+from ocp_traj.references.bounds.kinematic_bound import gap_bounds
+from ocp_traj.references.bounds.kinematic_proof import MARGIN
+from ocp_traj.task import prepare
 
 if TYPE_CHECKING:
     from ocp_traj.task import TrajectoryTask
@@ -85,6 +87,15 @@ def certify(
     rng : numpy.random.Generator, optional
         For the search of the upper bound; seeded with 0 when left out.
     """
+    ready = prepare(task)
+    found = _certified(ready.task, gap, largest_nodes, time_limit, rng)
+    return replace(found, durations=ready.restored_durations(found.durations)) if found.upper else found
+
+
+def _certified(
+    task: TrajectoryTask, gap: float, largest_nodes: int, time_limit: float, rng: np.random.Generator | None
+) -> Certificate:
+    """Return the certificate of a task made ready; see `certify`."""
     reason = _reason_against(task)
     if reason:
         return Certificate(None, None, message=reason)

@@ -15,6 +15,7 @@ from ocp_traj.arrays import Array
 from ocp_traj.solvers.gradient.account import Account
 from ocp_traj.solvers.gradient.plugins import Stage, plugin_named, read_status, readable_reason
 from ocp_traj.solvers.gradient.settings import GradientSettings
+from ocp_traj.solvers.pace import NO_TIME, derivatives_in_time
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
@@ -102,16 +103,21 @@ def _call_once(
     exact: bool = True,
 ) -> Answer:
     clock = time.perf_counter()
+    order, seconds = derivatives_in_time(nlp, account.left.time_limit)
+    if not order:
+        account.build_time += time.perf_counter() - clock
+        account.evaluations += 1
+        return replace(first_point(nlp, NO_TIME), status=Status.TIME_EXHAUSTED)
     plugin = plugin_named(settings.plugin)
     dual = before is not None and plugin.takes_multipliers and isinstance(nlp, LiftedNlp)
     stage = Stage(
         settings.tolerance,
         account.evaluations_left(settings.iterations),
-        account.left.time_limit,
+        seconds,
         warm or before is not None,
         dual,
         max(1.0, (nlp.task.gaps - settings.tuning.unscaled_gaps) / 2) / max(abs(_cost(nlp)), 1e-300),
-        exact,
+        exact and order > 1,
     )
     quiet = {"print_time": False, "error_on_fail": False, "show_eval_warnings": False}
     options = {**quiet, **plugin.options(stage)}

@@ -28,6 +28,8 @@ def recover(
     Otherwise the elastic phase either gives a feasible start or names what is in conflict; as it looks near
     its start only, more starts have to fail, too.
     """
+    if failed.status is Status.TIME_EXHAUSTED:
+        return failed, ""
     contained = with_fewer_knots(task, failed, settings, account)
     if contained is not None:
         answer = attempt(task, contained.trajectory, settings, account, continued=False)

@@ -11,6 +11,7 @@ import numpy as np
 
 from metaheuristics import Solution
 from ocp_traj.exceptions import InputError
+from ocp_traj.solvers.population.explaining import explained
 from ocp_traj.solvers.solver import Outcome, Request, Solver
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
@@ -55,7 +56,8 @@ class CondensedSolver(Solver):
             evaluations=solution.evaluations + spent,
         )
         counts = {**counts, "evaluate": solution.evaluations - spent}
-        return Outcome(nlp.decode(solution.x), solution, counts)
+        solution, diagnosis = explained(nlp, solution)
+        return Outcome(nlp.decode(solution.x), solution, counts, diagnosis)
 
     def start_candidates(self, nlp: CondensedNlp, request: Request) -> tuple[Any, int, dict[str, int]]:
         """Return known candidates (k, d) or None, the evaluations spent on them, and counts of calls."""

@@ -171,6 +171,8 @@ def _add_end_jerk(parts: Parts, layout: Layout) -> None:
 
 def _add_squared(parts: Parts, layout: Layout, order: int, weight: float) -> None:
     segment, joint = layout.places
+    if not len(joint):  # where no joint moves, nothing is squared
+        return
     first = min(order, layout.degree - 1)
     variables = _states_around(layout, segment, joint, first)
     parameters = np.column_stack(

@@ -102,7 +102,7 @@ class LiftedNlp(Nlp):
             rows=parts.labels(),
         )
 
-    def decode(self, x: Array) -> Trajectory:
+    def motion(self, x: Array) -> Trajectory:
         """Return the spline through the knots of x: exact at waypoints and boundaries whatever the defects."""
         durations = np.maximum(self.layout.durations(np.asarray(x)), np.finfo(float).tiny)
         return build_trajectory(self.task, durations, self.layout.positions(np.asarray(x)))
