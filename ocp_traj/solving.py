@@ -125,6 +125,7 @@ class SolveResult:
             "energy": finite(self.energy),
             "segment_durations": [float(h) for h in self.segment_durations],
             "worst": None if verdict is None else verdict["worst"],
+            "collision": None if verdict is None else verdict["collision"],
             "evaluations": self.solution.evaluations,
             "counts": self.counts,
             "encoding": self.encoding,

@@ -67,6 +67,8 @@ def hexadecimal_values(numbers: dict[str, float]) -> dict[str, str]:
 
 def _reason_against(task: TrajectoryTask) -> str:
     """Return the first thing about a task that proofs do not cover, or an empty string."""
+    if task.collision is not None:
+        return "its scene: that nothing is touched is proved by the audit, but no proof file holds it"
     if task.constraints:
         return f"the constraint {task.constraints[0].name!r} is a function of one's own, which no proof covers"
     if task.objective.custom:
