@@ -2,7 +2,8 @@
 Clear of obstacles
 ==================
 
-A motion over a wall: refused where it touches, by name and instant, and proved clear at every instant where it does not.
+A motion over a wall: refused where it touches, by name and instant, and proved clear at every instant
+where it does not.
 """
 
 import numpy as np

@@ -286,7 +286,9 @@ def _slowed(result: SolveResult) -> SolveResult:
     if status is Status.INFEASIBLE:
         return result
     scale = None if result.audit is None else result.audit.smallest_feasible_scale
-    motions = [slow_motion(task)]
+    ready = prepare(task)
+    slow = slow_motion(ready.task)
+    motions = [None if slow is None else ready.restored(slow)]
     if result.trajectory is not None and scale is not None and 0.0 < scale < np.inf:
         motions.append(result.trajectory.scaled(scale))
     judged = [(motion, audit(task, motion)) for motion in motions if motion is not None]
