@@ -13,6 +13,7 @@ from metaheuristics import Status
 from ocp_traj.audit import Verdict, audit
 from ocp_traj.audit.costs import energy, objective_value
 from ocp_traj.case import task_to_json
+from ocp_traj.exceptions import InputError
 from ocp_traj.files import finite
 from ocp_traj.solvers import Outcome, Request, Solver, parse_solver
 from ocp_traj.solvers.gradient.slow import slow_motion
@@ -124,6 +125,7 @@ class SolveResult:
             "energy": finite(self.energy),
             "segment_durations": [float(h) for h in self.segment_durations],
             "worst": None if verdict is None else verdict["worst"],
+            "collision": None if verdict is None else verdict["collision"],
             "evaluations": self.solution.evaluations,
             "counts": self.counts,
             "encoding": self.encoding,
@@ -221,7 +223,14 @@ def solve(
     (4.0, True, 'converged')
     """
     name = solver if isinstance(solver, str) else type(solver).__name__
-    chosen = follow_protocol(parse_solver(solver) if isinstance(solver, str) else solver, task)
+    named: object = parse_solver(solver) if isinstance(solver, str) else solver
+    if not isinstance(named, Solver):
+        given = solver.__name__ if isinstance(solver, type) else name
+        raise InputError(
+            f"solver {given} given, expected a name of `ocp-traj list solvers` or an instance of a subclass of "
+            "ocp_traj.solvers.Solver"
+        )
+    chosen = follow_protocol(named, task)
     request = Request(seed, budget, time_limit, progress, warm_start)
     result = judge(task, name, seed, run_prepared(chosen, task, request))
     if chosen.kind in ("gradient", "hybrid") and is_oversight(result.audit, result.solution.status):
@@ -277,7 +286,9 @@ def _slowed(result: SolveResult) -> SolveResult:
     if status is Status.INFEASIBLE:
         return result
     scale = None if result.audit is None else result.audit.smallest_feasible_scale
-    motions = [slow_motion(task)]
+    ready = prepare(task)
+    slow = slow_motion(ready.task)
+    motions = [None if slow is None else ready.restored(slow)]
     if result.trajectory is not None and scale is not None and 0.0 < scale < np.inf:
         motions.append(result.trajectory.scaled(scale))
     judged = [(motion, audit(task, motion)) for motion in motions if motion is not None]

@@ -39,7 +39,7 @@ FENCES = {
     "clarabel": ("references",),
     "pandas": ("comparison",),
     "matplotlib": ("pictures",),
-    "coal": ("pictures",),
+    "coal": ("collision",),
     "tomllib": ("case",),
     "tomli": ("case",),
     "tomli_w": ("case",),

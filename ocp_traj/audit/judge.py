@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ocp_traj.audit.clearance.judging import judge_clearance
 from ocp_traj.audit.conditions import (
     boundary_miss,
     duration_findings,
@@ -74,11 +75,13 @@ def _judge(task: TrajectoryTask, motion: Motion, notes: list[str]) -> Verdict:
         more_peaks, more_findings = judge(task, motion)
         peaks += more_peaks
         findings += more_findings
+    clearance, clearance_peaks, collisions = judge_clearance(task, motion)
+    peaks += clearance_peaks
     waypoint_error, waypoint_findings = waypoint_miss(task, motion)
     boundary_error, boundary_findings = boundary_miss(task, motion)
-    findings += waypoint_findings + boundary_findings + moments_findings(task, motion)
+    findings += collisions + waypoint_findings + boundary_findings + moments_findings(task, motion)
     late = duration_findings(task, motion)
-    broken = [peak for peak in peaks if peak.broken]
+    broken = [peak for peak in peaks if peak.broken and peak.limit != "clearance"]  # those are findings
     limits = _largest(peaks)
     feasible = not (broken or findings or late)
     return Verdict(
@@ -95,6 +98,7 @@ def _judge(task: TrajectoryTask, motion: Motion, notes: list[str]) -> Verdict:
         findings=tuple([str(peak) for peak in broken] + findings + late),
         torque_bound=0.0 if torques is None else relative_bound(task, torques),
         case=task.name,
+        clearance=clearance,
         notes=tuple(notes + free_end_notes(task, motion)),
     )
 

@@ -29,3 +29,6 @@ ACCELERATION_JUMPS = 1e-6
 
 JUMPS = (POSITION_JUMPS, VELOCITY_JUMPS, ACCELERATION_JUMPS)
 """The same by order of derivative."""
+
+CLEARANCE_TOLERANCE = 1e-6
+"""A margin may be missed by this, m."""

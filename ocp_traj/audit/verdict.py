@@ -6,8 +6,11 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from ocp_traj.audit.tolerances import RATIO_TOLERANCE
+from ocp_traj.audit.tolerances import CLEARANCE_TOLERANCE, RATIO_TOLERANCE
 from ocp_traj.quantities import limited_quantity
+
+CLEARANCE_SCALE = 0.01
+"""How much nearer than its margin, m, counts as one more time the limit."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +56,9 @@ class Extremum:
 
     @property
     def broken(self) -> bool:
-        """True above 1 + 1e-6, or when the ratio is no number."""
-        return not self.ratio <= 1.0 + RATIO_TOLERANCE
+        """True above 1 + 1e-6 (clearance: nearer than its margin by 1e-6 m), or when the ratio is no number."""
+        of_clearance = CLEARANCE_TOLERANCE / CLEARANCE_SCALE * (1.0 + 1e-6)
+        return not self.ratio <= 1.0 + (of_clearance if self.limit == "clearance" else RATIO_TOLERANCE)
 
     def to_json(self) -> dict[str, Any]:
         """Return the contract's object: joint from 1 (null without one), ratio null where it is infinite."""
@@ -74,13 +78,63 @@ class Extremum:
     def __str__(self) -> str:
         where = f"joint {self.joint + 1}, " if self.joint >= 0 else ""
         name = f"{self.limit.replace('_', ' ')} {self.label}".rstrip()
-        unit = getattr(limited_quantity(self.limit), "units", "")
-        times = f", {self.ratio:.7g} times the limit" if self.limit not in ("position", "constraint") else ""
+        unit = "m" if self.limit == "clearance" else getattr(limited_quantity(self.limit), "units", "")
+        plain = ("position", "constraint", "clearance")
+        times = f", {self.ratio:.7g} times the limit" if self.limit not in plain else ""
         return (
             f"{name}: {where}gap {self.gap + 1}, at {self.time:.6g} s: {self.value:.9g} "
             f"against {self.bound:.9g} {unit}".rstrip()
             + (f", {self.note}" if self.note else times)
         )
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """How near a motion comes to what it must not touch.
+
+    Attributes
+    ----------
+    distance : float or None
+        The smallest that was measured, of the pair nearest to its margin, m; negative inside. None where no pair is
+        judged.
+    pair : two str, or None
+        Their names.
+    time : float or None
+        s.
+    proved : bool
+        Every pair keeps its margin at every instant, proved.
+    bound : float or None
+        Distance that is proved of every pair at every instant, m; None where a margin is not kept.
+    left_out : tuple of str
+        Pairs that keep no margin, and why.
+    distances : int
+        Calls of the distance of two bodies.
+    """
+
+    distance: float | None
+    pair: tuple[str, str] | None
+    time: float | None
+    proved: bool
+    bound: float | None = None
+    left_out: tuple[str, ...] = ()
+    distances: int = 0
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what results say of collision; numbers are finite or null."""
+        return {
+            "clearance": None if self.distance is None else _finite(self.distance),
+            "pair": None if self.pair is None else list(self.pair),
+            "time": None if self.time is None else _finite(self.time),
+            "proved": self.proved,
+            "bound": None if self.bound is None else _finite(self.bound),
+            "left_out": list(self.left_out),
+        }
+
+    def __str__(self) -> str:
+        if self.distance is None or self.pair is None or self.time is None:
+            return "no pair of bodies is judged"
+        kind = "proved at every instant" if self.proved else "NOT kept"
+        return f"{1e3 * self.distance:.4g} mm, {' and '.join(self.pair)} at {self.time:.6g} s, {kind}"
 
 
 @dataclass(frozen=True)
@@ -114,6 +168,8 @@ class Verdict:
         Bound on the error of the torques, as a part of the limits: what may hide between samples.
     case : str
         Name of the task.
+    clearance : Clearance or None
+        None for a task without a scene.
     notes : tuple of str
         What the verdict does not cover or had to assume; no note makes a motion infeasible.
     """
@@ -129,6 +185,7 @@ class Verdict:
     findings: tuple[str, ...] = ()
     torque_bound: float = 0.0
     case: str = ""
+    clearance: Clearance | None = None
     notes: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
@@ -145,6 +202,7 @@ class Verdict:
             "boundary_error": _finite(self.boundary_error),
             "torque_bound": _finite(self.torque_bound),
             "smallest_feasible_scale": None if scale is None else _finite(scale),
+            "collision": None if self.clearance is None else self.clearance.to_json(),
             "findings": list(self.findings),
             "notes": list(self.notes),
         }
@@ -159,6 +217,8 @@ class Verdict:
         lines.append(
             f"  waypoints met within {self.waypoint_error:.2g}, boundary within {self.boundary_error:.2g}"
         )
+        if self.clearance is not None:
+            lines.append(f"  clearance {self.clearance}; {len(self.clearance.left_out)} pairs left out")
         if self.smallest_feasible_scale is None:
             lines.append("  no uniform slowing makes it feasible")
         else:

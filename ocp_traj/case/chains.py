@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 KINDS = ("revolute", "continuous", "prismatic")
 """Types of joints."""
 
-LIMITS = ("position", "velocity", "torque")
+LIMITS = ("position", "velocity", "torque", "acceleration", "jerk")
 """Limits of a joint."""
 
 _MAX_PARENT = 10_000
@@ -36,7 +36,8 @@ def chain_table(robot: Robot) -> dict[str, Any]:
             **_placed(joint.placement),
             **_body_table(joint.body),
             "armature": joint.armature,
-            **{name: getattr(joint, name).tolist() for name in LIMITS},
+            **({} if joint.follows is None else {"follows": _rule_table(*joint.follows)}),
+            **{name: joint.limits[name].tolist() for name in LIMITS},
         }
         for joint in chain.joints
     ]
@@ -52,6 +53,10 @@ def chain_table(robot: Robot) -> dict[str, Any]:
         "tool": robot.tool,
         "base": robot.base,
     }
+
+
+def _rule_table(joint: str, multiplier: float, offset: float) -> dict[str, Any]:
+    return {"joint": joint, "multiplier": multiplier, "offset": offset}
 
 
 def _placed(placement: Array) -> dict[str, Any]:
@@ -87,7 +92,7 @@ def _read_chain(section: Section) -> Chain:
     joints, frames = [], []
     for joint in section.sections("joints"):
         joint.check_keys(
-            ("name", "type", "parent", "axis", "armature", *LIMITS, *body_keys, *placed_keys)
+            ("name", "type", "parent", "axis", "armature", "follows", *LIMITS, *body_keys, *placed_keys)
         )
         joints.append(
             ChainJoint(
@@ -98,7 +103,8 @@ def _read_chain(section: Section) -> Chain:
                 _read_placement(joint),
                 _read_body(joint),
                 joint.number("armature"),
-                *(joint.array_of_shape(name, (2,), finite=False) for name in LIMITS),
+                {name: joint.array_of_shape(name, (2,), finite=False) for name in LIMITS},
+                _read_rule(joint.section("follows")) if "follows" in joint else None,
             )
         )
     for frame in section.sections("frames"):
@@ -106,6 +112,11 @@ def _read_chain(section: Section) -> Chain:
         number = frame.integer("joint", None, _MAX_PARENT)
         frames.append(ChainFrame(frame.text("name"), number, _read_placement(frame)))
     return Chain(section.text("name"), _read_body(section.section("root")), tuple(joints), tuple(frames))
+
+
+def _read_rule(table: Section) -> tuple[str, float, float]:
+    table.check_keys(("joint", "multiplier", "offset"))
+    return table.text("joint"), table.number("multiplier"), table.number("offset")
 
 
 def _read_placement(table: Section) -> Array:

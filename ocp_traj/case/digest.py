@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ocp_traj.quantities import RATES
 from ocp_traj.task import Objective, TrajectoryTask
+
+if TYPE_CHECKING:
+    from ocp_traj.collision import CollisionScene
+    from ocp_traj.robot import Robot
 
 
 def task_digest(task: TrajectoryTask) -> str:
@@ -46,6 +50,19 @@ def _parts(task: TrajectoryTask) -> Iterator[str]:
         yield f"constraint {constraint.name!r} {constraint.function.serialize()}"
         for name in ("lower", "upper", "scale"):
             yield from _numbers(name, getattr(constraint, name))
+    if task.collision is not None and task.robot is not None:
+        yield from _collision_parts(task.robot, task.collision)
+
+
+def _collision_parts(robot: Robot, scene: CollisionScene) -> Iterator[str]:
+    from ocp_traj.collision.digest import geometry_digest
+
+    yield f"collision {geometry_digest(robot, scene)}"
+    yield from _numbers("collision margins", (scene.margin, scene.self_margin, scene.cover, scene.with_itself))
+    yield f"collision pairs {scene.pairs} {scene.ignore}"
+    for contact in scene.contact:
+        yield f"contact {contact.bodies} {contact.waypoint}"
+        yield from _numbers("contact", (contact.within, contact.depth))
 
 
 def _objective_parts(objective: Objective) -> Iterator[str]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.case.collision import read_collision
 from ocp_traj.case.limits import read_limits
 from ocp_traj.case.robots import MAX_JOINTS, limited_to, read_motor, read_robot, short_way
 from ocp_traj.case.section import Section
@@ -34,6 +35,7 @@ TABLES = (
     "boundary",
     "objective",
     "search",
+    "collision",
 )
 """Keys at the top of a case file."""
 
@@ -115,6 +117,7 @@ def _problem(case: Section, robot: Robot | None, folder: Path, trusted: Collecti
         "boundary": _boundary(case.section("boundary"), n, robot),
         "objective": _objective(case, count - 1, n),
         "search": _search(case.section("search")),
+        "collision": read_collision(case, count - 1, folder, trusted),
     }
 
 

@@ -9,7 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ocp_traj.case.chains import chain_table, robot_of_chain
+from ocp_traj.case.chains import LIMITS, chain_table, robot_of_chain
+from ocp_traj.case.collision import collision_table
 from ocp_traj.case.reading import task_from_tables
 from ocp_traj.case.section import Section
 from ocp_traj.case.toml_files import apply_override, read_text
@@ -32,6 +33,8 @@ _INFINITY = float("inf")
 def task_to_json(task: TrajectoryTask) -> dict[str, Any] | None:
     """Return a task as JSON values, keys as in a case file; None where it has functions or a family of one's own.
 
+    None, too, for a task with a scene whose shapes cannot travel: a robot of a file, and meshes.
+
     A robot that came by name or from a DH table is named so, any other is written as its chain of joints. Limits are
     complete, those of the robot too; ``null`` is no limit.
 
@@ -39,14 +42,25 @@ def task_to_json(task: TrajectoryTask) -> dict[str, Any] | None:
     ----------
     task : TrajectoryTask
     """
-    if FAMILIES.get(task.family.name) is not task.family:
+    if FAMILIES.get(task.family.name) is not task.family or not _scene_travels(task):
         return None
     try:
         tables = task_tables(task, None if task.robot is None else _arm(task.robot), complete=True)
     except TaskError:  # functions of one's own
         return None
     tables["limits"] = {**dict.fromkeys(task.limits.names), **tables["limits"]}
+    if task.collision is not None:
+        tables["collision"] = collision_table(task.collision, Path())
     return finite(tables)
+
+
+def _scene_travels(task: TrajectoryTask) -> bool:
+    """Return whether a task has no scene, or one that needs no files but those of a robot known by name."""
+    scene, robot = task.collision, task.robot
+    if scene is None or robot is None:
+        return True
+    meshes = any(solid.shape.mesh is not None for solid in (*scene.tool, *scene.obstacles))
+    return robot.source is not None and bool(robot.source.name) and not meshes
 
 
 def _arm(robot: Robot) -> Arm:
@@ -140,7 +154,7 @@ def _put_infinities_back(tables: dict[str, Any]) -> None:
             _restore(table, tuple(JOINT_LIMITS))
     chain = _inside(tables, "robot", "chain", "joints")
     for joint in chain if isinstance(chain, list) else ():
-        _restore_pairs(joint, ("position", "velocity", "torque"))
+        _restore_pairs(joint, LIMITS)
     bounds = _inside(tables, "objective", "bounds")
     _restore_pairs(bounds, ("duration",))
     if isinstance(bounds, dict) and isinstance(bounds.get("gap_durations"), list):

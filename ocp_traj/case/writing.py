@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import tomli_w
 
+from ocp_traj.case.collision import below, collision_table
 from ocp_traj.exceptions import CaseError, TaskError
 from ocp_traj.files import write_atomically
 from ocp_traj.quantities import RATES
@@ -35,8 +35,15 @@ def dumps(task: TrajectoryTask, folder: Path | None = None) -> str:
         The task holds what no case file can: functions of one's own, or a robot that came neither by name nor
         from a URDF below `folder` nor from a DH table.
     """
-    arm = None if task.robot is None else described(task.robot, folder or Path.cwd())
-    return tomli_w.dumps(task_tables(task, arm))
+    folder = folder or Path.cwd()
+    arm = None if task.robot is None else described(task.robot, folder)
+    tables = task_tables(task, arm)
+    if task.collision is not None:
+        tables["collision"] = collision_table(task.collision, folder)
+        source = task.robot.source if task.robot is not None else None
+        if task.collision.pairs == "srdf" and source is not None and source.srdf is not None and not source.name:
+            tables["robot"]["srdf"] = below(source.srdf, folder, "robot.srdf")
+    return tomli_w.dumps(tables)
 
 
 Arm = tuple[dict[str, Any], "Robot"]
@@ -202,11 +209,9 @@ def described(robot: Robot, folder: Path) -> Arm:
         return {"dh": dict(source.dh)}, robot_from_dh(**source.dh)
     if source.urdf is None:
         raise TaskError("robot", f"{robot.name!r} came neither by name nor from a URDF nor from a DH table")
-    relative = Path(os.path.relpath(source.urdf.resolve(), folder.resolve()))
-    if ".." in relative.parts:
-        raise TaskError("robot.urdf", f"{source.urdf.name} does not lie below the folder of the case file")
+    relative = below(source.urdf, folder, "robot.urdf")
     chosen = _selection(robot, source)
-    return {"urdf": relative.as_posix(), **chosen}, robot_from_urdf(source.urdf, **chosen)
+    return {"urdf": relative, **chosen}, robot_from_urdf(source.urdf, **chosen)
 
 
 def _selection(robot: Robot, source: RobotSource) -> dict[str, Any]:

@@ -13,6 +13,8 @@ from ocp_traj.cli.output import console_for, overrides_option
 from ocp_traj.exceptions import InputError
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from ocp_traj.task import TrajectoryTask
 
 
@@ -56,7 +58,24 @@ def check_cases(cases: tuple[str, ...], overrides: tuple[str, ...]) -> int:
             found = case_joints(task, limits_named(case, overrides))
             for line in (*joint_lines(found), *hints(task)):
                 console.print(f"  {line}", markup=False)
+            wrong += _collides(task, console)
     return WRONG_INPUT if wrong else 0
+
+
+def _collides(task: TrajectoryTask, console: Console) -> bool:
+    """Print what a task's scene consists of; return whether it cannot be read."""
+    if task.collision is None or task.robot is None:
+        return False
+    from ocp_traj.collision import cell_of
+    from ocp_traj.collision.summary import describe_cell
+
+    try:
+        lines = describe_cell(cell_of(task.robot, task.collision), task.waypoints)
+    except InputError as error:
+        click.echo("ocp-traj: " + " ".join(str(error).split()), err=True)
+        return True
+    console.print("\n".join(f"  {line}" for line in lines), markup=False)
+    return False
 
 
 def describe(task: TrajectoryTask) -> str:

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.collision.mesh_files import Mesh, read_mesh
 from ocp_traj.exceptions import OcpTrajError
-from ocp_traj.pictures.meshes import Mesh, read_mesh, thin_out
+from ocp_traj.pictures.meshes import thin_out
 from ocp_traj.pictures.motion import tool_path
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory

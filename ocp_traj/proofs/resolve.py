@@ -67,10 +67,14 @@ def hexadecimal_values(numbers: dict[str, float]) -> dict[str, str]:
 
 def _reason_against(task: TrajectoryTask) -> str:
     """Return the first thing about a task that proofs do not cover, or an empty string."""
+    if task.collision is not None:
+        return "its scene: that nothing is touched is proved by the audit, but no proof file holds it"
     if task.constraints:
         return f"the constraint {task.constraints[0].name!r} is a function of one's own, which no proof covers"
     if task.objective.custom:
         return f"the cost {task.objective.custom[0].name!r} is a function of one's own, which no proof covers"
+    if task.needs_torque and task.robot is not None and task.robot.coupling is not None:
+        return f"torques of {task.robot.name!r}, whose joints follow one another, are not covered by proofs yet"
     if task.limits.cartesian_speed:
         return f"the speed limit of frame {task.limits.cartesian_speed[0][0]!r} is not covered by proofs yet"
     return ""

@@ -22,6 +22,34 @@ _LOGGER = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
+class LinkShape:
+    """One shape of a link, as a URDF states it.
+
+    Attributes
+    ----------
+    link : str
+        Name of the link.
+    joint : int
+        Row of `Robot.link_placements` that carries it: 0 for the root, i for what joint i moves.
+    placement : (4, 4)
+        In the frame of that joint.
+    kind : str
+        "mesh", "box", "sphere", "cylinder" or "capsule".
+    size : tuple of float
+        Scale of a mesh's numbers to m (3); full sizes of a box (3); radius; radius and length, m.
+    path : pathlib.Path or None
+        A mesh file (STL, DAE or OBJ).
+    """
+
+    link: str
+    joint: int
+    placement: Array
+    kind: str
+    size: tuple[float, ...]
+    path: Path | None = None
+
+
+@dataclass(frozen=True)
 class VisualMesh:
     """One mesh of a robot.
 
@@ -89,6 +117,58 @@ def visual_meshes(robot: Robot) -> list[VisualMesh]:
                 )
             )
     return meshes
+
+
+def collision_shapes(robot: Robot) -> list[LinkShape]:
+    """Return the shapes of a robot's links that count for collision; none without a URDF.
+
+    Raises
+    ------
+    RobotError
+        The description cannot be read any more, a mesh is not where it should be, or a shape has numbers that are none.
+    """
+    if robot.description is None:
+        return []
+    from ocp_traj.robot.model import frame_index
+
+    shapes = []
+    for link in read_document(robot.description).iter("link"):
+        name = link.get("name", "")
+        for element in link.iter("collision"):
+            geometry = _geometry(element)
+            if geometry is None:
+                continue
+            frame = robot.bare_model.frames[frame_index(robot.bare_model, name)]
+            placement = read_only(frame.placement.homogeneous @ _origin(element.find("origin")))
+            try:
+                kind, size = geometry.tag, _size(geometry)
+            except (KeyError, ValueError):
+                raise RobotError(
+                    f"link {name} of {robot.description.name}: its {geometry.tag} has no valid sizes"
+                ) from None
+            path = _mesh_path(geometry.get("filename", ""), robot.description) if kind == "mesh" else None
+            shapes.append(LinkShape(name, int(frame.parentJoint), placement, kind, size, path))
+    return shapes
+
+
+def _geometry(element: ElementTree.Element) -> ElementTree.Element | None:
+    """Return the one shape below a ``visual`` or ``collision`` element, None where it is of no known kind."""
+    known = ("mesh", "box", "sphere", "cylinder", "capsule")
+    found = [shape for shape in element.iterfind("geometry/*") if shape.tag in known]
+    return found[0] if found else None
+
+
+def _size(geometry: ElementTree.Element) -> tuple[float, ...]:
+    if geometry.tag == "mesh":
+        size = _numbers(geometry.get("scale", "1 1 1"))
+    elif geometry.tag == "box":
+        size = _numbers(geometry.attrib["size"])
+    else:
+        names = ("radius",) if geometry.tag == "sphere" else ("radius", "length")
+        size = [float(geometry.attrib[name]) for name in names]
+    if len(size) != {"mesh": 3, "box": 3, "sphere": 1}.get(geometry.tag, 2) or not np.isfinite(size).all():
+        raise ValueError
+    return tuple(size)
 
 
 def _colour(material: ElementTree.Element) -> tuple[float, float, float] | None:

@@ -64,6 +64,8 @@ def is_oversight(verdict: Verdict | None, status: Status) -> bool:
     """Return whether a solved motion, which no slowing can mend, is a little over its limits."""
     if verdict is None or verdict.feasible or verdict.worst is None or status is not Status.CONVERGED:
         return False
+    if verdict.worst.limit == "clearance":
+        return False  # tighter limits of joints keep no more distance
     return 1.0 < verdict.worst.ratio < 1.0 + LARGEST_OVERSIGHT
 
 

@@ -19,6 +19,7 @@ from ocp_traj.task.objective import Objective
 from ocp_traj.task.search import Search
 
 if TYPE_CHECKING:
+    from ocp_traj.collision.scene import CollisionScene
     from ocp_traj.robot.robot import Robot
 
 
@@ -45,6 +46,8 @@ class TrajectoryTask:
         Half-width of the box around each waypoint that may be passed instead of the point itself.
     constraints : tuple of CustomConstraint
         A user's own limits.
+    collision : CollisionScene, optional
+        What the robot must not touch; without it nothing is judged of that.
     name, title, source : str
         For people and files.
 
@@ -64,6 +67,7 @@ class TrajectoryTask:
     search: Search = field(default_factory=Search)
     tolerance: ArrayLike = 0.0
     constraints: tuple[CustomConstraint, ...] = ()
+    collision: CollisionScene | None = None
     name: str = "task"
     title: str = ""
     source: str = ""
@@ -91,6 +95,7 @@ class TrajectoryTask:
         for name, value in values.items():
             object.__setattr__(self, name, value)
         self._check_robot()
+        self._check_collision()
         self._check_positions()
         self._check_freedom()
 
@@ -161,6 +166,16 @@ class TrajectoryTask:
         needing += [f"objective.{name}" for name in self.objective.weights if COSTS[name].needs_inertia]
         if needing:
             raise TaskError(needing[0], "needs a robot with inertia, but this task has none")
+
+    def _check_collision(self) -> None:
+        if self.collision is None:
+            return
+        if self.robot is None:
+            raise TaskError("collision", "needs a robot, but this task has none")
+        from ocp_traj.collision.pairs import check_names
+
+        self.collision.check_gaps(self.gaps)
+        check_names(self.robot, self.collision)
 
     def _check_positions(self) -> None:
         position = self.limits.get("position")

@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ocp_traj.collision.mesh_files import Mesh, read_mesh
 from ocp_traj.comparison.report.report import TEMPLATES
 from ocp_traj.exceptions import InputError
-from ocp_traj.pictures.meshes import Mesh, read_mesh, thin_out
+from ocp_traj.pictures.meshes import thin_out
 from ocp_traj.pictures.viewer import Scene, robot_parts, scene_data, stick_parts, tube, viewer_html
 from ocp_traj.robot import load_robot, robot_from_dh, robot_from_urdf
 from ocp_traj.task import TrajectoryTask

@@ -10,11 +10,11 @@ from metaheuristics import Solution, Status
 from ocp_traj.exceptions import UnavailableError
 from ocp_traj.solvers.gradient.account import Account
 from ocp_traj.solvers.gradient.attempt import attempt, build_nlp
-from ocp_traj.solvers.gradient.diagnosis import certain_conflict
 from ocp_traj.solvers.gradient.held import attempt_held, gives_durations
 from ocp_traj.solvers.gradient.plugin_call import ACCEPTABLE, Answer
 from ocp_traj.solvers.gradient.plugins import unavailable_reason
 from ocp_traj.solvers.gradient.ranking import best_answer, is_feasible
+from ocp_traj.solvers.gradient.reasons.diagnosis import certain_conflict
 from ocp_traj.solvers.gradient.recovery import recover
 from ocp_traj.solvers.gradient.settings import GradientSettings, Tuning
 from ocp_traj.solvers.gradient.starts import further_starts
@@ -73,13 +73,12 @@ class Gradient(GradientSettings, Solver):
         if gives_durations(task):
             return attempt_held(task, self, account)
         answers = [attempt(task, None, self, account, continued=True)]
-        if task.family.has_lifted_form:
-            most = max(self.tuning.few_knots_iterations, account.evaluations)
-            alike = replace(self, iterations=min(self.iterations, most))  # no start costs much more than the first
-            for start in islice(further_starts(task), self.tuning.further_starts):
-                if account.exhausted():
-                    break
-                answers.append(attempt(task, start, alike, account, continued=True))
+        most = max(self.tuning.few_knots_iterations, account.evaluations)
+        alike = replace(self, iterations=min(self.iterations, most))  # no start costs much more than the first
+        for start in islice(further_starts(task), self.tuning.further_starts):
+            if account.exhausted():
+                break
+            answers.append(attempt(task, start, alike, account, continued=True))
         return best_answer(task, answers)
 
     def check_available(self) -> None:

@@ -10,10 +10,10 @@ from metaheuristics import Status
 from ocp_traj.exceptions import TaskError
 from ocp_traj.solvers.gradient.account import Account
 from ocp_traj.solvers.gradient.attempt import attempt, build_nlp, continuation, fit_guess
-from ocp_traj.solvers.gradient.diagnosis import too_short
-from ocp_traj.solvers.gradient.elastic import elastic_phase
 from ocp_traj.solvers.gradient.plugin_call import Answer, first_point
-from ocp_traj.solvers.gradient.reach import proved_longer
+from ocp_traj.solvers.gradient.reasons.diagnosis import too_short
+from ocp_traj.solvers.gradient.reasons.elastic import elastic_phase
+from ocp_traj.solvers.gradient.reasons.reach import proved_longer
 from ocp_traj.solvers.gradient.settings import GradientSettings
 from ocp_traj.solvers.gradient.slow import slow_motion
 from ocp_traj.solvers.gradient.starts import other_starts

@@ -10,6 +10,7 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import OcpTrajError
+from ocp_traj.quantities import RATES
 from ocp_traj.solvers.gradient.along_chords import chord_start, hermite_curve
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
@@ -92,19 +93,30 @@ def further_starts(task: TrajectoryTask) -> Iterator[Trajectory]:
 
     Where an end moves, the closed-form timing is too slow for its speed, and the loop that the spline then makes
     stays in the answer. TOPP-RA's motion does without it, or speeds along the chords where its path has no timing.
+    Where limits differ by gaps, the closed form knows nothing of the speeds they allow from one gap to the next; the
+    timing by TOPP-RA does.
 
     Parameters
     ----------
     task : TrajectoryTask
-        Of a family that has a lifted form.
     """
-    if task.boundary.is_rest or task.gaps == 1:
+    if task.boundary.is_rest:
+        durations = toppra_durations(task) if _limits_differ(task) and task.gaps > 1 else None
+        if durations is not None:
+            yield initial_guess(task, durations)
+        return
+    if not task.family.has_lifted_form:
         return
     for knots in dict.fromkeys((task.family.first_virtual_knots, task.virtual_knots)):
         if knots <= task.virtual_knots:
             start = toppra_start(task, knots) or chord_start(task, knots)
             if start is not None:
                 yield start
+
+
+def _limits_differ(task: TrajectoryTask) -> bool:
+    """Return whether a limit of a derivative is another one in another gap."""
+    return any(bool((task.limits.get(name) != task.limits.get(name)[:1]).any()) for name in RATES)
 
 
 def toppra_start(task: TrajectoryTask, virtual_knots: int) -> Trajectory | None:
@@ -119,7 +131,7 @@ def toppra_start(task: TrajectoryTask, virtual_knots: int) -> Trajectory | None:
     virtual_knots : int
         Per gap.
     """
-    result = _toppra(task, max(TOPPRA_CELLS, 4 * task.gaps))
+    result = _toppra(task)
     if result is None:
         return None
     knots, per_gap = _switching_knots(result, virtual_knots), virtual_knots + 1
@@ -173,15 +185,16 @@ def _apart(places: Array, least: float) -> Array:
 
 def toppra_durations(task: TrajectoryTask) -> Array | None:
     """Return the gap durations of a spline path timed by TOPP-RA, (K - 1,) s; None where it has none."""
-    result = _toppra(task, None) if task.boundary.is_rest else None
+    result = _toppra(task) if task.boundary.is_rest else None
     return None if result is None else np.diff(result.waypoint_times)
 
 
-def _toppra(task: TrajectoryTask, points: int | None) -> ReferenceResult | None:
+def _toppra(task: TrajectoryTask) -> ReferenceResult | None:
     """Return TOPP-RA's timing of a spline path; None where it has none or not one duration per gap."""
     try:
         from ocp_traj.references import toppra_reference
 
+        points = max(TOPPRA_CELLS, 4 * task.gaps)
         result: ReferenceResult = toppra_reference(task, "chord", points=points)
     except (ImportError, OcpTrajError) as error:
         logger.info("no start by TOPP-RA: %s", error)

@@ -8,7 +8,7 @@ import pytest
 from helpers.small_tasks import ARM_POINTS, arm_task
 from ocp_traj.exceptions import TaskError
 from ocp_traj.robot import load_robot
-from ocp_traj.solvers.gradient.diagnosis import certain_conflict
+from ocp_traj.solvers.gradient.reasons.diagnosis import certain_conflict
 from ocp_traj.solvers.gradient.recovery import NOT_FOUND
 from ocp_traj.solving import SolveResult, solve
 from ocp_traj.task import Boundary, Limits, Objective, TrajectoryTask

@@ -83,7 +83,7 @@ def test_gaps_of_half_a_millisecond_at_rest_are_solved() -> None:
 
 
 def rest_to_speed(rng: np.random.Generator, start_moves: bool) -> tuple[TrajectoryTask, float]:
-    """Return one joint from rest to a speed, or back, over one to four via points; and the exact duration."""
+    """Return one joint from rest to a speed, or back, by way of one to four points; and the exact duration, s."""
     distance, most = rng.uniform(0.2, 2.0), 5.0
     speed = rng.uniform(0.2, 0.98) * np.sqrt(2 * most * distance)
     passed = np.sort(rng.uniform(0.03, 0.97, rng.integers(1, 5))) * distance

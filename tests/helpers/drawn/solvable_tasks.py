@@ -60,8 +60,11 @@ def _draw(rng: np.random.Generator, name: str) -> SolvableTask:
         sides = [[0], [1], [0, 1]][int(rng.integers(3))]
         velocity[sides] = rng.uniform(-1, 1, (len(sides), n)) * size * pace
         velocity[:, np.ptp(waypoints, axis=0) == 0] = 0.0
+    boundary = Boundary(velocity)
+    if family == "cubic" and knots > 1 and rng.random() < 0.5:
+        boundary = Boundary(velocity, acceleration=0.0)
     task = TrajectoryTask(
-        waypoints, Limits(), family=family, virtual_knots=knots, boundary=Boundary(velocity), name=name
+        waypoints, Limits(), family=family, virtual_knots=knots, boundary=boundary, name=name
     )
     witness = _witness(rng, task, pace)
     weights: dict[str, Any] = {"time": 1.0}
@@ -123,6 +126,8 @@ def _limits(rng: np.random.Generator, task: TrajectoryTask, witness: Trajectory,
     for order, name in enumerate(RATES, start=1):
         if rng.random() < (0.15, 0.25, 0.5)[order - 1] and len(limits) + 3 - order > 0:
             continue
+        if name == "jerk" and task.boundary.acceleration is None:
+            continue  # which starts and ends with an unlimited jerk
         room = TIGHTEST + (10.0 ** rng.uniform(-1.5, rng.choice([0.5, 3.0])))
         low, high = extremes[order]
         if rng.random() < 0.3:
@@ -130,7 +135,7 @@ def _limits(rng: np.random.Generator, task: TrajectoryTask, witness: Trajectory,
         else:
             low, high = np.tile(low.min(axis=0), (task.gaps, 1)), np.tile(high.max(axis=0), (task.gaps, 1))
         largest = np.maximum(np.abs(low), np.abs(high)).max(axis=0)
-        largest = np.where(largest > 0, largest, largest.max() or 1.0)
+        largest = np.where(largest > 1e-9 * largest.max(), largest, largest.max() or 1.0)  # else it is rounding
         if rng.random() < 0.3:
             kinds.append(f"asymmetric {name}")
             low, high = np.minimum(low, -0.2 * largest), np.maximum(high, 0.2 * largest)
@@ -199,3 +204,44 @@ def random_start(task: TrajectoryTask, rng: np.random.Generator) -> Trajectory:
     inside = times[:-1, None] + durations[:, None] * np.arange(per_gap) / per_gap
     knots = np.append(inside.ravel(), times[-1])
     return hermite_curve(task, knots, curve(knots), curve(knots, 1), knots[::per_gap])
+
+
+def moving_end_task(seed: int) -> TrajectoryTask:
+    """Return two to seven joints with ends that move, half of them nearly along a line, half of them loose."""
+    rng = np.random.default_rng([7, seed])
+    n, count = int(rng.integers(2, 8)), int(rng.integers(3, 7))
+    dense = bool(seed % 2)
+    if dense:
+        passed = np.concatenate([[0.0], np.sort(rng.uniform(0.03, 0.97, count - 2)), [1.0]])[:, None]
+        aside = 0.05 * rng.standard_normal((count, n)) * passed * (1 - passed)
+        points = (passed * (1 + aside)) * rng.uniform(0.2, 2, n) * rng.choice([-1, 1], n)
+    else:
+        points = rng.uniform(-1, 1, (count, n))
+    acceleration, speed = np.full(n, 5.0), np.full(n, 50.0 if seed % 4 < 2 else 2.0)
+    velocity, part, kind = np.zeros((2, n)), rng.uniform(0.3, 0.95), int(rng.integers(3))
+    for side, (first, last) in enumerate(((0, 1), (-2, -1))):
+        if kind in (side, 2):
+            step = points[-1] - points[0] if dense else points[last] - points[first]
+            reach = np.minimum(speed, np.sqrt(2 * acceleration * np.abs(step)))
+            velocity[side] = part * np.min(reach / np.maximum(np.abs(step), 1e-9)) * step
+    limits = Limits(velocity=speed, acceleration=acceleration)
+    boundary = Boundary(velocity=np.clip(velocity, -0.95 * speed, 0.95 * speed))
+    return TrajectoryTask(points, limits, virtual_knots=3, boundary=boundary, name=f"moving-ends-{seed}")
+
+
+def squeezed_task(seed: int) -> TrajectoryTask:
+    """Return a task that may have no motion: a solvable one with less time, faster ends or narrower positions."""
+    rng = np.random.default_rng([23, seed])
+    drawn = solvable_task(seed)
+    task, witness = drawn.task, drawn.witness
+    kind = int(rng.integers(4))
+    bounds = Objective(time=1.0)
+    if kind == 0:
+        bounds = Objective(time=1.0, duration=(0.0, witness.duration * 10.0 ** rng.uniform(-1.0, 0.0)))
+    elif kind == 1:
+        gaps = witness.segment_durations * 10.0 ** rng.uniform(-0.7, 0.1, task.gaps)
+        bounds = Objective(time=1.0, gap_durations=np.stack([gaps, gaps], axis=1))
+    elif kind == 2 and task.limited("velocity"):
+        speed = np.abs(task.limits.get("velocity")).max(axis=(0, 1)) * rng.uniform(0.5, 1.2)
+        return task.changed(boundary=Boundary(np.stack([speed, -speed])), objective=bounds)
+    return task.changed(objective=bounds)

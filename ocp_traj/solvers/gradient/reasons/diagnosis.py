@@ -7,9 +7,10 @@ from collections.abc import Callable
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.collision.summary import waypoint_conflict
 from ocp_traj.limits.limit import bound_scales
 from ocp_traj.quantities import JOINT_LIMITS, RATES
-from ocp_traj.solvers.gradient.reach import cannot_keep_durations, cannot_stop
+from ocp_traj.solvers.gradient.reasons.reach import cannot_keep_durations, cannot_stop
 from ocp_traj.task import Objective, TrajectoryTask
 
 
@@ -22,7 +23,14 @@ def certain_conflict(task: TrajectoryTask) -> str:
         or _too_fast(task)
         or cannot_stop(task)
         or cannot_keep_durations(task)
+        or _touching_waypoint(task)
     )
+
+
+def _touching_waypoint(task: TrajectoryTask) -> str:
+    if task.collision is None or task.robot is None or np.any(task.tolerance):
+        return ""
+    return waypoint_conflict(task.robot, task.collision, task.waypoints)
 
 
 def _zero_limit(task: TrajectoryTask) -> str:

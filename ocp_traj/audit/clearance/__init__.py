@@ -1,0 +1,1 @@
+"""Clearance at every instant: proved by planes, or refuted by an instant."""
