@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import stat
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -15,15 +14,20 @@ import numpy as np
 from ocp_traj.arrays import Array
 from ocp_traj.case import task_to_json
 from ocp_traj.exceptions import InputError
-from ocp_traj.files import write_atomically
+from ocp_traj.files import read_regular, write_atomically
 from ocp_traj.spline.hermite import hermite_pieces
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
 SCHEMA = 1
-MAX_ROWS = 5_000_000
+MAX_ROWS = 1_000_000
+"""Largest number of samples of a CSV file."""
+
+MAX_NUMBERS = 10_000_000
+"""Largest number of numbers of a CSV file that is read."""
+
 MAX_DEGREE = 30
-_MAX_BYTES = 2**30
+_MAX_BYTES = 2**29
 _NEAR = 1e-9
 COLUMN_AGREEMENT = 1e-6
 
@@ -143,7 +147,7 @@ def sample_times(trajectory: Trajectory, rate: float) -> Array:
     Raises
     ------
     InputError
-        The rate is not positive or gives more than 5 million samples.
+        The rate is not positive or gives more than a million samples.
     """
     if not (math.isfinite(rate) and rate > 0):
         raise InputError(f"rate is {rate}, expected a positive number of samples a second")
@@ -270,6 +274,11 @@ def _read_columns(path: Path) -> dict[str, Array]:
     missing = [name for group in wanted.values() for name in group if name not in names]
     if missing:
         raise InputError(f"{path}: header: column {missing[0]} is missing")
+    if body.count("\n") > min(MAX_ROWS + 1, MAX_NUMBERS // len(names)):
+        raise InputError(
+            f"{path}: has more than {min(MAX_ROWS, MAX_NUMBERS // len(names))} rows of {len(names)} numbers, "
+            "expected fewer: sample it more coarsely"
+        )
     rows = [line.split(",") for line in body.splitlines() if line.strip()]
     if len(rows) < 2:
         raise InputError(f"{path}: {len(rows)} rows given, expected at least 2")
@@ -294,12 +303,7 @@ def _read(path: Path) -> str:
     if "\0" in str(path):
         raise InputError(f"{str(path)!r} is no path, it holds a null character")
     try:
-        found = path.stat()
-        if not (stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode)):
-            raise InputError(f"{path}: is not a regular file")  # a device may never end, a pipe never begin
-        if found.st_size > _MAX_BYTES:
-            raise InputError(f"{path}: is larger than {_MAX_BYTES} bytes")
-        return path.read_text(encoding="utf-8")
+        return read_regular(path, _MAX_BYTES).decode("utf-8")
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:

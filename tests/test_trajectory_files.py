@@ -163,7 +163,7 @@ def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
 def test_a_file_that_is_too_large_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(trajectory_files, "_MAX_BYTES", 10)
     write_csv(tmp_path / "a.csv", some_trajectory())
-    with pytest.raises(InputError, match=r"a\.csv: is larger than 10 bytes"):
+    with pytest.raises(InputError, match=r"a\.csv: cannot be read: it is larger than 10 bytes"):
         read_csv(tmp_path / "a.csv")
 
 

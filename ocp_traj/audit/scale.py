@@ -160,14 +160,14 @@ class _Curve:
     """
 
     def __init__(self, task: TrajectoryTask, torques: TorqueCurve, name: str) -> None:
-        gravity, viscous, inertial = (part.copy() for part in np.split(torques.curve.coefficients, 3, axis=1))
-        gravity[:, :, 0] += torques.coulomb
-        parts = np.stack([gravity, viscous, inertial])
+        curve = torques.rates if name == "torque_rate" else torques
+        parts = np.stack(np.split(curve.curve.coefficients, 3, axis=1))
         if name == "torque_rate":
-            rates = chebyshev.differentiate(parts) * (2.0 / torques.seconds)[:, None, None]
-            parts = np.concatenate([np.zeros_like(rates[:1]), rates])
+            parts = np.concatenate([np.zeros_like(parts[:1]), parts])
+        else:
+            parts[0, :, :, 0] += torques.coulomb
         self.parts = parts.reshape(len(parts), -1, parts.shape[3])
-        self.limits = task.limits.get(name)[torques.gaps].transpose(0, 2, 1).reshape(-1, 2)
+        self.limits = task.limits.get(name)[curve.gaps].transpose(0, 2, 1).reshape(-1, 2)
 
     def first_violations(self) -> Array:
         """Return polynomials in x, above 0 where a limit is broken, at the nodes of every row, (R, d + 1)."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -71,9 +71,13 @@ class TorqueCurve(JointCurve):
         3 n components: gravity, viscous friction, the rest; N m (N for prismatic joints).
     coulomb : (S, n) array
         Coulomb friction of each segment; segments end where a velocity with Coulomb friction is zero.
+    smooth : ChebyshevCurve
+        The same parts on segments that do not end there: such ends can lie 1e-9 s apart, and the slope of an
+        interpolant over so short a time is mostly rounding. Torque rates are slopes of these.
     """
 
     coulomb: Array
+    smooth: chebyshev.ChebyshevCurve
 
     @property
     def bounds(self) -> Array:
@@ -87,10 +91,12 @@ class TorqueCurve(JointCurve):
         torques[:, :, 0] += self.coulomb
         return torques
 
-    def rate_coefficients(self, x: float = 1.0) -> Array:
-        """Return those of the torque rates at slowing 1/x, (S, n, .), without jumps of Coulomb friction."""
-        per_second = 2.0 * x / self.seconds
-        return chebyshev.differentiate(self.coefficients(x)) * per_second[:, None, None]
+    @property
+    def rates(self) -> JointCurve:
+        """Rates of the three parts on the segments of `smooth`, 3 n components, N m/s, without jumps of friction."""
+        curve = JointCurve(self.motion, self.smooth)
+        slopes = chebyshev.differentiate(self.smooth.coefficients) * (2.0 / curve.seconds)[:, None, None]
+        return replace(curve, curve=replace(self.smooth, coefficients=slopes))
 
 
 def torque_curve(task: TrajectoryTask, motion: Motion) -> TorqueCurve:
@@ -115,11 +121,13 @@ def torque_curve(task: TrajectoryTask, motion: Motion) -> TorqueCurve:
         rate_allowed = _RATE_TOLERANCE * rate * length / (2 * chebyshev.DEGREE**2)
         return np.tile(np.maximum(np.minimum(allowed, rate_allowed), floor), 3)
 
-    pieces, left, right = segments(task, motion)
-    parts, degree = _parts(robot, motion), motion.trajectory.degree
-    curve = chebyshev.fit(parts, pieces, left, right, tolerance, motion_degree=degree)
+    parts, degree, count = _parts(robot, motion), motion.trajectory.degree, len(motion.starts)
+    curve = smooth = chebyshev.fit(parts, *segments(task, motion), tolerance, motion_degree=degree)
+    if task.limited("torque_rate") and (robot.friction.coulomb > 0).any():
+        whole = (np.arange(count), np.zeros(count), np.ones(count))
+        smooth = chebyshev.fit(parts, *whole, tolerance, motion_degree=degree)
     sign = _directions(motion, curve.pieces, 0.5 * (curve.left + curve.right))
-    return TorqueCurve(motion, curve, robot.friction.coulomb * sign)
+    return TorqueCurve(motion, curve, robot.friction.coulomb * sign, smooth)
 
 
 def _directions(motion: Motion, pieces: chebyshev.Pieces, x: Array) -> Array:
@@ -191,7 +199,9 @@ def torque_peaks(task: TrajectoryTask, torques: TorqueCurve) -> list[Extremum]:
 
 def torque_rate_peaks(task: TrajectoryTask, torques: TorqueCurve) -> list[Extremum]:
     """Return the largest torque-rate ratio of every limited joint."""
-    return joint_peaks(task, torques, torques.rate_coefficients(), "torque_rate")
+    rates = torques.rates
+    total = rates.curve.coefficients.reshape(len(rates.curve.pieces), 3, rates.n, -1).sum(axis=1)
+    return joint_peaks(task, rates, total, "torque_rate")
 
 
 def joint_peaks(task: TrajectoryTask, torques: JointCurve, coefficients: Array, name: str) -> list[Extremum]:

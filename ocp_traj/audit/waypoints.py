@@ -10,7 +10,8 @@ from ocp_traj.arrays import Array
 from ocp_traj.audit.motion import Motion, nearest_index
 from ocp_traj.audit.numerics.roots import bracketed_root
 from ocp_traj.exceptions import InputError
-from ocp_traj.task import TrajectoryTask, passed_once
+from ocp_traj.task import TrajectoryTask
+from ocp_traj.task.preparing import passed_once
 from ocp_traj.trajectory import Trajectory
 
 _SAME_TIME = 1e-9

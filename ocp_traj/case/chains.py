@@ -10,12 +10,13 @@ from ocp_traj.arrays import Array
 from ocp_traj.case.section import Section
 
 if TYPE_CHECKING:
-    from ocp_traj.robot import Chain, ChainBody, Robot
+    from ocp_traj.robot import Robot
+    from ocp_traj.robot.chain import Chain, ChainBody
 
 KINDS = ("revolute", "continuous", "prismatic")
 """Types of joints."""
 
-LIMITS = ("position", "velocity", "torque")
+LIMITS = ("position", "velocity", "torque", "acceleration", "jerk")
 """Limits of a joint."""
 
 _MAX_PARENT = 10_000
@@ -23,7 +24,7 @@ _MAX_PARENT = 10_000
 
 def chain_table(robot: Robot) -> dict[str, Any]:
     """Return the chain of a robot as plain values: lists, texts, numbers (infinite limits are infinite)."""
-    from ocp_traj.robot import chain_of
+    from ocp_traj.robot.chain import chain_of
 
     chain = chain_of(robot)
     joints = [
@@ -35,7 +36,8 @@ def chain_table(robot: Robot) -> dict[str, Any]:
             **_placed(joint.placement),
             **_body_table(joint.body),
             "armature": joint.armature,
-            **{name: getattr(joint, name).tolist() for name in LIMITS},
+            **({} if joint.follows is None else {"follows": _rule_table(*joint.follows)}),
+            **{name: joint.limits[name].tolist() for name in LIMITS},
         }
         for joint in chain.joints
     ]
@@ -51,6 +53,10 @@ def chain_table(robot: Robot) -> dict[str, Any]:
         "tool": robot.tool,
         "base": robot.base,
     }
+
+
+def _rule_table(joint: str, multiplier: float, offset: float) -> dict[str, Any]:
+    return {"joint": joint, "multiplier": multiplier, "offset": offset}
 
 
 def _placed(placement: Array) -> dict[str, Any]:
@@ -71,14 +77,14 @@ def robot_of_chain(section: Section) -> Robot:
     RobotError
         Joints, frames or limits do not fit together.
     """
-    from ocp_traj.robot import robot_from_chain
+    from ocp_traj.robot.chain import robot_from_chain
 
     section.check_keys(("name", "root", "joints", "frames", "tool", "base"))
     return robot_from_chain(_read_chain(section), section.text("tool"), section.text("base"))
 
 
 def _read_chain(section: Section) -> Chain:
-    from ocp_traj.robot import Chain, ChainFrame, ChainJoint
+    from ocp_traj.robot.chain import Chain, ChainFrame, ChainJoint
 
     body_keys = ("mass", "com", "inertia")
     placed_keys = ("rotation", "translation")
@@ -86,7 +92,7 @@ def _read_chain(section: Section) -> Chain:
     joints, frames = [], []
     for joint in section.sections("joints"):
         joint.check_keys(
-            ("name", "type", "parent", "axis", "armature", *LIMITS, *body_keys, *placed_keys)
+            ("name", "type", "parent", "axis", "armature", "follows", *LIMITS, *body_keys, *placed_keys)
         )
         joints.append(
             ChainJoint(
@@ -97,7 +103,8 @@ def _read_chain(section: Section) -> Chain:
                 _read_placement(joint),
                 _read_body(joint),
                 joint.number("armature"),
-                *(joint.array_of_shape(name, (2,), finite=False) for name in LIMITS),
+                {name: joint.array_of_shape(name, (2,), finite=False) for name in LIMITS},
+                _read_rule(joint.section("follows")) if "follows" in joint else None,
             )
         )
     for frame in section.sections("frames"):
@@ -105,6 +112,11 @@ def _read_chain(section: Section) -> Chain:
         number = frame.integer("joint", None, _MAX_PARENT)
         frames.append(ChainFrame(frame.text("name"), number, _read_placement(frame)))
     return Chain(section.text("name"), _read_body(section.section("root")), tuple(joints), tuple(frames))
+
+
+def _read_rule(table: Section) -> tuple[str, float, float]:
+    table.check_keys(("joint", "multiplier", "offset"))
+    return table.text("joint"), table.number("multiplier"), table.number("offset")
 
 
 def _read_placement(table: Section) -> Array:
@@ -117,7 +129,7 @@ def _read_placement(table: Section) -> Array:
 
 
 def _read_body(table: Section) -> ChainBody:
-    from ocp_traj.robot import ChainBody
+    from ocp_traj.robot.chain import ChainBody
 
     mass = table.number("mass")
     if mass < 0:

@@ -8,7 +8,7 @@ from typing import Any
 
 from ocp_traj.case.reading import task_from_tables
 from ocp_traj.case.toml_files import apply_override, parse_toml, read_text
-from ocp_traj.case.travelling import carried_task
+from ocp_traj.case.travelling import carried_tables, carried_task
 from ocp_traj.exceptions import CaseError, did_you_mean
 from ocp_traj.task import TrajectoryTask
 
@@ -83,9 +83,12 @@ def limits_named(name_or_path: str | Path, overrides: Sequence[str] = ()) -> set
     CaseError
         There is no such case, or it is no TOML.
     """
+    file = str(name_or_path)
+    if Path(name_or_path).suffix == ".json":  # a result carries the limits of its task, those of the robot included
+        return set((carried_tables(Path(name_or_path), file) or {}).get("limits", {}))
     tables = _tables(name_or_path)
     for override in overrides:
-        apply_override(tables, override, str(name_or_path))
+        apply_override(tables, override, file)
     return set(tables.get("limits", {}))
 
 

@@ -21,6 +21,9 @@ MAX_BYTES = 10_000_000
 _KEY = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*")
 _BARE_WORD = re.compile(r"[A-Za-z0-9_./+-]+")
 _MAX_DEPTH = 50
+_PART = r"""(?:[A-Za-z0-9_-]+|"[^"\n]*"|'[^'\n]*')[ \t]*"""
+_DEEP_KEY = re.compile(rf"(?:^|[{{,])[ \t]*\[*[ \t]*(?:{_PART}\.[ \t]*){{{_MAX_DEPTH},}}", re.MULTILINE)
+"""A dotted key whose reading would take memory and time with the square of its length."""
 
 
 def read_text(path: Path, file: str, most: int = MAX_BYTES) -> str:
@@ -62,6 +65,10 @@ def parse_toml(text: str, file: str) -> dict[str, Any]:
     CaseError
         The text is not TOML; the message has line and column.
     """
+    deep = _DEEP_KEY.search(text)
+    if deep is not None:
+        line = text.count("\n", 0, deep.end()) + 1
+        raise CaseError(file, "", f"line {line} has a key of more than {_MAX_DEPTH} parts, expected a case file")
     try:
         tables: dict[str, Any] = tomllib.loads(text)
     except RecursionError:

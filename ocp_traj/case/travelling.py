@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ocp_traj.case.chains import chain_table, robot_of_chain
+from ocp_traj.case.chains import LIMITS, chain_table, robot_of_chain
 from ocp_traj.case.collision import collision_table
 from ocp_traj.case.reading import task_from_tables
 from ocp_traj.case.section import Section
@@ -130,14 +130,19 @@ def carried_task(
         The file cannot be read, or something in the task cannot be used.
     """
     file = file or str(path)
+    carried = carried_tables(path, file)
+    return None if carried is None else task_from_json(carried, file, overrides)
+
+
+def carried_tables(path: Path, file: str) -> Any:
+    """Return what a result or an exact curve carries as its key ``task``, unread; None where it carries nothing."""
     try:
         data = json.loads(read_text(path, file, MAX_BYTES))
     except (ValueError, RecursionError) as error:
         if isinstance(error, CaseError):
             raise
         raise CaseError(file, "", f"is no JSON: {error}") from None
-    carried = data.get("task") if isinstance(data, Mapping) else None
-    return None if carried is None else task_from_json(carried, file, overrides)
+    return data.get("task") if isinstance(data, Mapping) else None
 
 
 def _put_infinities_back(tables: dict[str, Any]) -> None:
@@ -149,7 +154,7 @@ def _put_infinities_back(tables: dict[str, Any]) -> None:
             _restore(table, tuple(JOINT_LIMITS))
     chain = _inside(tables, "robot", "chain", "joints")
     for joint in chain if isinstance(chain, list) else ():
-        _restore_pairs(joint, ("position", "velocity", "torque"))
+        _restore_pairs(joint, LIMITS)
     bounds = _inside(tables, "objective", "bounds")
     _restore_pairs(bounds, ("duration",))
     if isinstance(bounds, dict) and isinstance(bounds.get("gap_durations"), list):

@@ -111,7 +111,7 @@ def _free_ends(task: TrajectoryTask) -> str:
 
 def _equal_waypoints(task: TrajectoryTask) -> str:
     """Say which waypoints are one point, and which equal ones are two instants; nothing where there are none."""
-    from ocp_traj.task import passed_once, prepare
+    from ocp_traj.task.preparing import passed_once, prepare
 
     lasting = prepare(task).kept
     once = [gap for gap in range(task.gaps) if gap not in lasting]

@@ -141,7 +141,8 @@ def hints(task: TrajectoryTask) -> Iterator[str]:
     if robot is None:
         return
     if not robot.has_inertia and np.isfinite(robot.torque_limits).any() and not task.limited("torque"):
-        yield "torque limits of the robot are left out: its description has no masses, torques are not known"
+        names = ", ".join(robot.massless_joints)
+        yield f"torque limits of the robot are left out: {names} move no mass, so torques are not known"
     steps = np.diff(task.waypoints, axis=0)
     for index in range(task.n):
         if robot.joint_types[index] == "continuous":

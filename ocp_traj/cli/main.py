@@ -10,8 +10,11 @@ import sys
 
 import click
 
-from ocp_traj.exceptions import OcpTrajError, did_you_mean
+from ocp_traj.exceptions import OcpTrajError, UnavailableError, did_you_mean
 from ocp_traj.version import __version__
+
+LEAST_MEMORY = 2**30
+"""Address space, bytes, that a command needs: measured, 0.8 GiB are too few for a robot with torques."""
 
 WRONG_INPUT = 2
 INTERRUPTED = 130
@@ -29,6 +32,8 @@ _COMMANDS = {
     "papers": "ocp_traj.cli.papers:run_papers",
     "plot": "ocp_traj.cli.plotting:plot_file",
     "export": "ocp_traj.cli.exporting:export_file",
+    "prove": "ocp_traj.cli.auditing:prove_motion",
+    "verify": "ocp_traj.cli.auditing:verify_proof",
 }
 
 
@@ -79,6 +84,7 @@ def run(arguments: list[str] | None = None) -> int:
     """Run the command line; return the exit status."""
     _write_any_character()
     try:
+        _check_memory(sys.argv[1:] if arguments is None else arguments)
         status = cli.main(args=arguments, prog_name="ocp-traj", standalone_mode=False)
         sys.stdout.flush()
     except OcpTrajError as error:
@@ -93,12 +99,37 @@ def run(arguments: list[str] | None = None) -> int:
         _drop_standard_output()
         place = error.filename or "standard output or a file"
         return complain(f"{place} cannot be used: {error.strerror or error}")
+    except ModuleNotFoundError as error:
+        return complain(f"this needs the package {error.name}, not installed here (pip install {error.name})")
+    except ImportError as error:
+        return complain(f"a library cannot be loaded: {error}")
     except MemoryError:
         return complain("there is not enough memory, expected a smaller problem or a higher limit (ulimit -v)")
     except (click.Abort, KeyboardInterrupt):
         click.echo("interrupted", err=True)
         return INTERRUPTED
     return status if isinstance(status, int) else 0
+
+
+def _check_memory(arguments: list[str]) -> None:
+    """Refuse a limit of memory under which numerical libraries do not load, but wait for memory forever.
+
+    Raises
+    ------
+    UnavailableError
+        The limit is lower; help needs none of them and is always given.
+    """
+    if not arguments or {"-h", "--help", "--version"} & set(arguments):
+        return
+    with contextlib.suppress(ImportError):  # Windows has no such limit
+        import resource
+
+        limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+        if limit != resource.RLIM_INFINITY and limit < LEAST_MEMORY:
+            raise UnavailableError(
+                f"the limit of memory is {limit / 2**30:.2f} GiB (ulimit -v), expected at least "
+                f"{LEAST_MEMORY / 2**30:.2f} GiB: the numerical libraries do not load with less"
+            )
 
 
 def _write_any_character() -> None:

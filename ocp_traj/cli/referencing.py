@@ -42,6 +42,7 @@ from ocp_traj.exceptions import InputError
     metavar="FILE",
     help="Draw phase planes and all durations: PNG, PDF or SVG.",
 )
+@click.option("--proof", metavar="FILE", help="Prove the certified lower bound; leaves with 1 where it cannot be.")
 @overrides_option
 @json_option
 def reference_case(
@@ -51,15 +52,16 @@ def reference_case(
     certificate: bool,
     time_limit: float | None,
     picture: str | None,
+    proof: str | None,
     overrides: tuple[str, ...],
     json_file: str | None,
-) -> None:
+) -> int:
     """Compute TOPP-RA, convex path tracking and the kinematic lower bound for CASE, or for the task of --result."""
     from ocp_traj.case import load_case
     from ocp_traj.references import collect_references
     from ocp_traj.trajectory_files import read_json
 
-    check_writable(picture, json_file)
+    check_writable(picture, proof, json_file)
     console = console_for(json_file)
     if case is None and result is None:
         raise InputError("expected a CASE, or a --result that carries its task")
@@ -79,6 +81,14 @@ def reference_case(
         save_picture(references_picture(found, motion, durations), Path(picture))
         console.print(picture, markup=False)
     write_json(table, json_file)
+    if proof is None:
+        return 0
+    from ocp_traj.cli.auditing import SEARCH, write_if_proved
+    from ocp_traj.proofs import prove_bound
+
+    return write_if_proved(
+        proof, lambda: prove_bound(task, time_limit or SEARCH), lambda words: console.print(words, markup=False)
+    )
 
 
 def _rows(found: dict[str, Any]) -> list[list[str]]:

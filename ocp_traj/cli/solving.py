@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 @click.option("--references", is_flag=True, help="Add TOPP-RA and the kinematic bound to the JSON.")
 @click.option("--rate", default=1000.0, show_default=True, metavar="HZ", help="Samples a second in the CSV.")
 @click.option("--output", metavar="FILE.csv", help="Write the trajectory, and the exact curve beside it.")
+@click.option("--proof", metavar="FILE", help="Prove that the motion keeps every limit; 1 where it cannot be.")
 @json_option
 def solve_case(
     case: str,
@@ -52,6 +53,7 @@ def solve_case(
     references: bool,
     rate: float,
     output: str | None,
+    proof: str | None,
     json_file: str | None,
 ) -> int:
     """Solve CASE, a packaged case's name or a file, with one solver; the audit judges the answer.
@@ -62,7 +64,7 @@ def solve_case(
     from ocp_traj.solving import solve
     from ocp_traj.trajectory_files import spline_path, write_csv
 
-    check_writable(output, None if output is None else spline_path(output), json_file)
+    check_writable(output, None if output is None else spline_path(output), proof, json_file)
     console = console_for(json_file)
     task = load_case(case, overrides)
     with console.status(f"{solver} on {task.name} …"):
@@ -78,7 +80,12 @@ def solve_case(
         torques = task.robot.torque if task.has_inertia and task.robot is not None else None
         write_csv(Path(output), result.trajectory, rate, torques, task)
     write_json(result.to_json(references=found), json_file)
-    return FEASIBLE if result.feasible else INFEASIBLE
+    proved = 0
+    if proof is not None:
+        from ocp_traj.cli.auditing import write_if_proved
+
+        proved = write_if_proved(proof, result.prove, lambda words: console.print(words, markup=False))
+    return FEASIBLE if result.feasible and proved == 0 else INFEASIBLE
 
 
 def _show(console: Console, result: Any) -> None:

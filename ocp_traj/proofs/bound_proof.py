@@ -52,14 +52,14 @@ def prove_bound(
         No evidence was found, or the task is not covered; says why.
     """
     section = resolve_task(task)
-    resolved = checker.read_task(section)
+    resolved = checker.Task(section)
     deadline = time.monotonic() + time_limit
     if duration is None:
         duration = _certified(task, of, time_limit)
     if not (math.isfinite(duration) and duration > 0):
         raise NotProved(f"a duration of {duration} s has no proof, expected a positive number")
     total = Fraction(duration)
-    search = checker.Search(resolved, total, checker.chain(resolved, total), of == "3-5-3")
+    search = checker.Search(resolved, total, of == "3-5-3")
     lemmas: list[dict[str, Any]] = []
     if of == "3-5-3":
         refute = FamilyLeaves(search) if resolved.gaps == 3 else None
@@ -70,7 +70,7 @@ def prove_bound(
         tree = BoxSearch(search, 0, resolved.gaps, total, deadline).run()
     evidence = {"lemmas": lemmas, "tree": tree}
     try:
-        checker.check_bound(resolved, total, of == "3-5-3", evidence)
+        checker.Search(resolved, total, of == "3-5-3").check(evidence)
     except (checker.Refused, checker.NotAProof) as reason:
         raise NotProved(str(reason)) from None
     claim = {"duration": duration.hex(), "of": of}

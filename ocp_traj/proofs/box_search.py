@@ -78,8 +78,9 @@ class BoxSearch:
                 continue
             gap, place = self._place(low, high)
             self.nodes.append(["split", gap + 1, float(place).hex()])
-            longer = (checker.replaced(low, gap, place), list(high))
-            stack += [(longer, previous), ((list(low), checker.replaced(high, gap, place)), previous)]
+            longer = ([*low[:gap], place, *low[gap + 1 :]], list(high))
+            shorter = (list(low), [*high[:gap], place, *high[gap + 1 :]])
+            stack += [(longer, previous), (shorter, previous)]
         return self.nodes
 
     def _leaf(self, low: list[Fraction], high: list[Fraction], previous: Node | None) -> Node | None:

@@ -6,6 +6,7 @@ import math
 from fractions import Fraction
 from typing import Any
 
+from ocp_traj.audit.waypoints import with_waypoint_times
 from ocp_traj.proofs import checker
 from ocp_traj.proofs.not_proved import NotProved
 from ocp_traj.proofs.resolve import hexadecimal_values, resolve_motion, resolve_task
@@ -35,10 +36,12 @@ def prove(task: TrajectoryTask, trajectory: Trajectory) -> dict[str, Any]:
         A limit does not hold, cannot be shown to hold, or is not covered; says which.
     """
     section = resolve_task(task)
+    if trajectory.n == task.n:  # a sampled motion does not name the times of its waypoints
+        trajectory = with_waypoint_times(task, trajectory)
     curve = resolve_motion(task, trajectory)
     try:
-        resolved = checker.read_task(section)
-        motion = checker.read_motion(curve, resolved)
+        resolved = checker.Task(section)
+        motion = checker.Motion(curve, resolved)
         costs = checker.check_motion(resolved, motion)
     except (checker.Refused, checker.NotAProof) as reason:
         raise NotProved(str(reason)) from None

@@ -73,6 +73,8 @@ def _reason_against(task: TrajectoryTask) -> str:
         return f"the constraint {task.constraints[0].name!r} is a function of one's own, which no proof covers"
     if task.objective.custom:
         return f"the cost {task.objective.custom[0].name!r} is a function of one's own, which no proof covers"
+    if task.needs_torque and task.robot is not None and task.robot.coupling is not None:
+        return f"torques of {task.robot.name!r}, whose joints follow one another, are not covered by proofs yet"
     if task.limits.cartesian_speed:
         return f"the speed limit of frame {task.limits.cartesian_speed[0][0]!r} is not covered by proofs yet"
     return ""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 
+from ocp_traj.exceptions import UnavailableError
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
@@ -69,6 +71,18 @@ class ReferenceFinding:
     results: tuple[Any, ...] = ()
 
 
+def missing_packages(names: Iterable[str]) -> list[str]:
+    """Return those of the packages that are not installed."""
+
+    def is_there(name: str) -> bool:
+        try:
+            return find_spec(name) is not None
+        except ImportError:
+            return False
+
+    return [name for name in names if not is_there(name)]
+
+
 @dataclass(frozen=True)
 class Reference:
     """One way to know how long a task's motions take.
@@ -91,6 +105,8 @@ class Reference:
         Whether it is computed unless the keyword says something else.
     compared : bool
         Whether comparisons compute it, once per case.
+    requires : tuple of str
+        Packages without which there is none of its timings; everything else works without them.
     patient : bool
         Whether it uses all the time there is, so that it is computed after the others.
     """
@@ -103,7 +119,16 @@ class Reference:
     option: str = ""
     wanted: bool = True
     compared: bool = True
+    requires: tuple[str, ...] = ()
     patient: bool = False
+
+    def check_available(self) -> None:
+        """Raise `UnavailableError` where a package that it needs is not installed."""
+        missing = missing_packages(self.requires)
+        if missing:
+            raise UnavailableError(
+                f"{self.title} needs {' and '.join(missing)}, not installed here (pip install {' '.join(missing)})"
+            )
 
     def kind_of(self, part: str) -> str:
         """Return what is known of a part's duration."""

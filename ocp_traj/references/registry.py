@@ -16,6 +16,7 @@ from ocp_traj.references.reference import (
     Reference,
     ReferenceFinding,
     ReferenceRequest,
+    missing_packages,
 )
 
 if TYPE_CHECKING:
@@ -24,6 +25,10 @@ if TYPE_CHECKING:
 
 GROUP = "ocp_traj.references"
 """Entry points of this group are `Reference` objects."""
+
+
+CONVEX_PACKAGES = ("cvxpy", "clarabel")
+"""What convex path tracking needs."""
 
 
 def _find_bound(request: ReferenceRequest) -> ReferenceFinding:
@@ -57,8 +62,11 @@ def _find_jerk_estimate(request: ReferenceRequest) -> ReferenceFinding:
         estimate = jerk_estimate(request.task, time_limit=deadline.fraction(1.0 / (1 + len(paths))).left)
     except InputError as error:
         return ReferenceFinding({}, {"": str(error)})
+    missing = " and ".join(missing_packages(CONVEX_PACKAGES))
 
     def along(task: TrajectoryTask, path: str, *, time_limit: float) -> ReferenceResult:
+        if missing:
+            return ReferenceResult("convex-jerk", path, None, f"needs {missing}, not installed here")
         try:
             return jerk_limited_reference(task, path, time_limit=time_limit)
         except InputError as error:
@@ -107,8 +115,10 @@ REFERENCES = (
         "Bound: certified kinematic bound, or its estimate where there is no certificate (marked ~).",
         patient=True,
     ),
-    Reference("toppra", "TOPP-RA", _find_toppra, note="TOPP-RA: the best of its paths."),
-    Reference("convex", "convex", _find_convex, option="convex", compared=False),
+    Reference(
+        "toppra", "TOPP-RA", _find_toppra, note="TOPP-RA: the best of its paths.", requires=("toppra",)
+    ),
+    Reference("convex", "convex", _find_convex, option="convex", compared=False, requires=CONVEX_PACKAGES),
     Reference(
         "jerk_estimate",
         "jerk estimate",

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ocp_traj.deadline import Deadline
-from ocp_traj.exceptions import InputError
-from ocp_traj.references.reference import ReferenceFinding, ReferenceRequest
+from ocp_traj.exceptions import InputError, UnavailableError
+from ocp_traj.references.reference import Reference, ReferenceFinding, ReferenceRequest
 from ocp_traj.references.registry import all_references, reference_named
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ def collect_references(
     computed = {}
     for done, reference in enumerate(sorted(asked, key=lambda each: each.patient)):
         allowed = deadline.fraction(1.0 / (len(asked) - done)).left
-        computed[reference.name] = reference.find(replace(request, time_limit=allowed))
+        computed[reference.name] = _found(reference, replace(request, time_limit=allowed))
     nothing = ReferenceFinding(dict.fromkeys(request.path_names))
     findings = {
         reference.name: computed.get(reference.name, nothing)
@@ -147,6 +147,15 @@ def collect_references(
         if "." in name:  # a path that could not be timed
             _logger.warning("%s: %s", name.replace(".", " on the path "), reason)
     return found
+
+
+def _found(reference: Reference, request: ReferenceRequest) -> ReferenceFinding:
+    """Return what a reference finds; nothing, with the reason, where a package that it needs is not there."""
+    try:
+        reference.check_available()
+    except UnavailableError as error:
+        return ReferenceFinding(dict.fromkeys(request.path_names), {"": str(error)})
+    return reference.find(request)
 
 
 def references(
@@ -185,7 +194,7 @@ def reference_columns(task: TrajectoryTask, *, time_limit: float = USUAL_SECONDS
     """
     deadline = Deadline(time_limit)
     toppra, bound = (
-        reference_named(name).find(ReferenceRequest(task, time_limit=deadline.fraction(share).left)).seconds
+        _found(reference_named(name), ReferenceRequest(task, time_limit=deadline.fraction(share).left)).seconds
         for name, share in (("toppra", 0.5), ("kinematic_bound", 1.0))
     )
     found = [duration for duration in toppra.values() if duration is not None]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from ocp_traj.robot.additions import Friction, Payload
 from ocp_traj.robot.batch import BatchRobot
-from ocp_traj.robot.chain import Chain, ChainBody, ChainFrame, ChainJoint, chain_of, robot_from_chain
 from ocp_traj.robot.dh import robot_from_dh
 from ocp_traj.robot.inverse_kinematics.poses import solve_poses
 from ocp_traj.robot.moveit import limits_from_moveit
@@ -15,19 +14,13 @@ from ocp_traj.robot.urdf import robot_from_urdf
 
 __all__ = [
     "BatchRobot",
-    "Chain",
-    "ChainBody",
-    "ChainFrame",
-    "ChainJoint",
     "Friction",
     "Payload",
     "Robot",
     "RobotSource",
     "SymbolicRobot",
-    "chain_of",
     "limits_from_moveit",
     "load_robot",
-    "robot_from_chain",
     "robot_from_dh",
     "robot_from_urdf",
     "robot_names",

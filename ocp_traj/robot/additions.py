@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -144,6 +145,31 @@ class Coupling:
             raise RobotError("coupling has a number that is not finite")
         object.__setattr__(self, "matrix", matrix)
         object.__setattr__(self, "offset", offset)
+
+    @classmethod
+    def of(
+        cls, joints: Sequence[str], leading: Sequence[str], rules: Mapping[str, tuple[str, float, float]]
+    ) -> Coupling:
+        """Return the coupling of `joints`, of which `leading` are the task's and all others follow by `rules`.
+
+        Parameters
+        ----------
+        joints, leading : sequence of str
+        rules : mapping
+            The joint that each follower follows, its multiplier and its offset.
+
+        Raises
+        ------
+        RobotError
+            A joint is neither a leading one nor follows one.
+        """
+        matrix, offset = np.zeros((len(joints), len(leading))), np.zeros(len(joints))
+        for row, name in enumerate(joints):
+            driver, multiplier, offset[row] = rules.get(name, (name, 1.0, 0.0))
+            if driver not in leading:
+                raise RobotError(f"joint {name!r} follows {driver!r}, expected one of {', '.join(leading)}")
+            matrix[row, leading.index(driver)] = multiplier
+        return cls(tuple(joints), matrix, offset)
 
     @property
     def n(self) -> int:

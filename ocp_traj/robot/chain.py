@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +10,11 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import RobotError
+from ocp_traj.robot.additions import Coupling
 from ocp_traj.robot.robot import Robot
+
+LIMITS = ("position", "velocity", "torque", "acceleration", "jerk")
+"""Limits of a joint that belong to the robot."""
 
 
 @dataclass(frozen=True)
@@ -49,8 +54,10 @@ class ChainJoint:
     body : ChainBody
     armature : float
         kg m^2 or kg.
-    position, velocity, torque : (2,)
-        Lower and upper limit, rad, rad/s, N m (m, m/s, N); infinite where there is none.
+    limits : mapping of str to (2,)
+        Lower and upper limit of each of `LIMITS`, in SI; infinite where there is none.
+    follows : (str, float, float) or None
+        The joint that this one follows, its multiplier and its offset; such a joint has no limits of its own.
     """
 
     name: str
@@ -60,9 +67,8 @@ class ChainJoint:
     placement: Array
     body: ChainBody
     armature: float
-    position: Array
-    velocity: Array
-    torque: Array
+    limits: Mapping[str, Array]
+    follows: tuple[str, float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -100,20 +106,27 @@ def chain_of(robot: Robot) -> Chain:
     from ocp_traj.robot.links import joint_kind
     from ocp_traj.robot.model import frame_index
 
-    model = robot.bare_model
+    model, followers = robot.bare_model, robot.followers
     joints = []
     for index in range(1, model.njoints):
-        limits = (robot.position_limits, robot.velocity_limits, robot.torque_limits)
+        name = model.names[index]
+        kind, axis = joint_kind(model.joints[index])
+        limits = dict.fromkeys(LIMITS, np.array([-np.inf, np.inf]))
+        if name in robot.joint_names:
+            own = robot.joint_names.index(name)
+            kind = robot.joint_types[own]
+            limits = {limit: getattr(robot, f"{limit}_limits")[:, own] for limit in LIMITS}
         joints.append(
             ChainJoint(
-                robot.joint_names[index - 1],
-                robot.joint_types[index - 1],
+                name,
+                kind,
                 int(model.parents[index]),
-                np.array(joint_kind(model.joints[index])[1]),
+                np.array(axis),
                 np.array(model.jointPlacements[index].homogeneous),
                 _body(model.inertias[index]),
                 float(model.armature[index - 1]),
-                *(both[:, index - 1] for both in limits),
+                limits,
+                followers.get(name),
             )
         )
     frames = []
@@ -149,7 +162,7 @@ def robot_from_chain(chain: Chain, tool: str, base: str) -> Robot:
 
     from ocp_traj.robot.model import plain_joint
 
-    if not chain.joints:
+    if all(joint.follows is not None for joint in chain.joints):
         raise RobotError("a chain needs at least one joint")
     model = pin.Model()
     model.name = chain.name
@@ -167,16 +180,23 @@ def robot_from_chain(chain: Chain, tool: str, base: str) -> Robot:
             raise RobotError(f"frame {frame.name!r} is carried by joint {frame.joint}, which does not exist")
         kind = pin.FrameType.BODY
         model.addFrame(pin.Frame(frame.name, frame.joint, 0, pin.SE3(frame.placement), kind), False)
+    leading = [joint for joint in chain.joints if joint.follows is None]
+    names = tuple(joint.name for joint in leading)
+    rules = {joint.name: joint.follows for joint in chain.joints if joint.follows is not None}
+    limits = {name: np.stack([joint.limits[name] for joint in leading], axis=1) for name in LIMITS}
     return Robot(
         name=chain.name,
-        joint_names=tuple(joint.name for joint in chain.joints),
-        joint_types=tuple(joint.kind for joint in chain.joints),
-        position_limits=np.stack([joint.position for joint in chain.joints], axis=1),
-        velocity_limits=np.stack([joint.velocity for joint in chain.joints], axis=1),
-        torque_limits=np.stack([joint.torque for joint in chain.joints], axis=1),
+        joint_names=names,
+        joint_types=tuple(joint.kind for joint in leading),
+        position_limits=limits["position"],
+        velocity_limits=limits["velocity"],
+        torque_limits=limits["torque"],
+        acceleration_limits=limits["acceleration"],
+        jerk_limits=limits["jerk"],
         bare_model=model,
         tool=tool,
         base=base,
+        coupling=Coupling.of([joint.name for joint in chain.joints], names, rules) if rules else None,
     )
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pinocchio as pin
 
 from ocp_traj.arrays import Array
@@ -111,12 +112,12 @@ def completed_model(bare: Any, payload: Payload | None, tool: str, base: str, gr
     return model
 
 
-def has_link_inertia(model: Any, coupling: Coupling | None = None) -> bool:
-    """Return whether every joint, or one of those that follow it, moves some mass or has an armature."""
+def moves_mass(model: Any, coupling: Coupling | None = None) -> npt.NDArray[np.bool_]:
+    """Return for every joint (n,) whether it, or one of those that follow it, moves some mass or has an armature."""
     moved = np.array([inertia.mass for inertia in model.inertias])
     for index in reversed(range(1, model.njoints)):
         moved[model.parents[index]] += moved[index]
     heavy = (moved[1:] > 0.0) | (np.array(model.armature) > 0.0)
     if coupling is not None:
         heavy = np.any(heavy[:, None] & (coupling.matrix != 0.0), axis=0)
-    return bool(np.all(heavy))
+    return heavy

@@ -170,9 +170,15 @@ class Robot:
     @cached_property
     def has_inertia(self) -> bool:
         """Whether the links have masses: without them there is neither torque nor energy."""
-        from ocp_traj.robot.model import has_link_inertia
+        return not self.massless_joints
 
-        return has_link_inertia(self.bare_model, self.coupling)
+    @cached_property
+    def massless_joints(self) -> tuple[str, ...]:
+        """Names of the joints that move no mass."""
+        from ocp_traj.robot.model import moves_mass
+
+        heavy = moves_mass(self.bare_model, self.coupling)
+        return tuple(name for name, moves in zip(self.joint_names, heavy, strict=True) if not moves)
 
     @cached_property
     def model(self) -> Any:

@@ -64,29 +64,41 @@ def robot_from_urdf(
         The file cannot be used: missing, invalid, an unknown joint, group or frame, a joint of more than one degree
         of freedom that is not held.
     """
-    from ocp_traj.robot.model import plain_model
-
     path = Path(path)
     tree = read_urdf_tree(path)
     chosen_srdf = Path(srdf) if srdf is not None else srdf_beside(path)
     try:
         selection = select_joints(tree, lock, keep, _members(tree, chosen_srdf, group, keep))
-        model = plain_model(_full_model(tree), selection)
-        joints = tuple(joint for joint in list(model.names)[1:] if joint in selection.free)
-        if not joints:
-            raise RobotError("has no joint left that moves")
-        coupling = _coupling(model, joints, selection)
-        limits = _limits(tree, joints, selection)
+        return _robot(tree, selection, chosen_srdf, tool, base, name or tree.name, urdf_friction)
     except RobotError as error:
         if str(error).startswith("robot description "):
             raise
         raise RobotError(f"robot description {path}: {error}") from error
+
+
+def _robot(
+    tree: UrdfTree,
+    selection: Selection,
+    srdf: Path | None,
+    tool: str | None,
+    base: str | None,
+    name: str,
+    urdf_friction: bool,
+) -> Robot:
+    from ocp_traj.robot.model import plain_model
+
+    model = plain_model(_full_model(tree), selection)
+    joints = tuple(joint for joint in list(model.names)[1:] if joint in selection.free)
+    if not joints:
+        raise RobotError("has no joint left that moves")
+    rules = {joint: (rule.driver, rule.multiplier, rule.offset) for joint, rule in selection.followers.items()}
+    limits = _limits(tree, joints, selection)
     friction = Friction.none(len(joints))
     if urdf_friction:
         rubbing = np.array([[tree.joints[joint].damping, tree.joints[joint].dry_friction] for joint in joints])
         friction = Friction(rubbing[:, 0], rubbing[:, 1])
     return Robot(
-        name=name or tree.name,
+        name=name,
         joint_names=joints,
         joint_types=tuple(tree.joints[joint].kind for joint in joints),
         position_limits=limits["position"],
@@ -98,8 +110,8 @@ def robot_from_urdf(
         tool=tool or _default_tool(model, tree, joints[-1]),
         base=base or model.frames[0].name,
         friction=friction,
-        source=RobotSource(urdf=path, lock=selection.held, srdf=chosen_srdf),
-        coupling=coupling,
+        source=RobotSource(urdf=tree.path, lock=selection.held, srdf=srdf),
+        coupling=Coupling.of(list(model.names)[1:], joints, rules) if rules else None,
     )
 
 
@@ -134,21 +146,6 @@ def _full_model(tree: UrdfTree) -> Any:
     return model
 
 
-def _coupling(model: Any, joints: tuple[str, ...], selection: Selection) -> Coupling | None:
-    if not selection.followers:
-        return None
-    names = tuple(model.names)[1:]
-    matrix, offset = np.zeros((len(names), len(joints))), np.zeros(len(names))
-    for row, name in enumerate(names):
-        follower = selection.followers.get(name)
-        if follower is None:
-            matrix[row, joints.index(name)] = 1.0
-        else:
-            matrix[row, joints.index(follower.driver)] = follower.multiplier
-            offset[row] = follower.offset
-    return Coupling(names, matrix, offset)
-
-
 def _limits(tree: UrdfTree, joints: tuple[str, ...], selection: Selection) -> dict[str, Array]:
     """Return the limits (2, n) by quantity, infinite where the file gives none; those of followers narrow them."""
     limits: dict[str, Array] = {}
@@ -173,7 +170,7 @@ def _limits(tree: UrdfTree, joints: tuple[str, ...], selection: Selection) -> di
 def _default_tool(model: Any, tree: UrdfTree, joint: str) -> str:
     import pinocchio as pin
 
-    number = model.getJointId(joint)
+    number = list(model.names).index(joint, 1)  # 0 is the root, called "universe"
     bodies = [
         frame.name
         for frame in model.frames

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ocp_traj.solvers.solver import Outcome, Request, Solver
-from ocp_traj.task import PreparedTask, TrajectoryTask, prepare
+from ocp_traj.task import TrajectoryTask
+from ocp_traj.task.preparing import PreparedTask, prepare
 from ocp_traj.transcription.nlp import Nlp
 
 

@@ -10,7 +10,6 @@ from ocp_traj.task.boundary import Boundary
 from ocp_traj.task.custom import CustomConstraint, CustomObjective
 from ocp_traj.task.limits import Limits
 from ocp_traj.task.objective import Motor, Objective
-from ocp_traj.task.preparing import PreparedTask, merged, passed_once, prepare
 from ocp_traj.task.search import Search
 from ocp_traj.task.task import TrajectoryTask
 
@@ -21,10 +20,6 @@ __all__ = [
     "Limits",
     "Motor",
     "Objective",
-    "PreparedTask",
     "Search",
     "TrajectoryTask",
-    "merged",
-    "passed_once",
-    "prepare",
 ]

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from ocp_traj.exceptions import InputError
-from ocp_traj.task import TrajectoryTask, prepare
+from ocp_traj.task import TrajectoryTask
+from ocp_traj.task.preparing import prepare
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
 from ocp_traj.transcription.condensed.encodings import Encoding
 from ocp_traj.transcription.curve import (
     build_trajectory,
     trajectory_from_durations,
-    without_virtual_knots,
 )
 from ocp_traj.transcription.guess import initial_guess, insert_knots
 from ocp_traj.transcription.lifted.lifted import ExtraPoints, LiftedNlp
@@ -69,5 +69,4 @@ __all__ = [
     "insert_knots",
     "trajectory_from_durations",
     "transcribe",
-    "without_virtual_knots",
 ]

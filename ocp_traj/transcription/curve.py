@@ -10,7 +10,8 @@ from ocp_traj.arrays import Array, ArrayLike
 from ocp_traj.exceptions import InputError, TaskError
 from ocp_traj.quantities import RATES
 from ocp_traj.spline import EndConditions, Piece
-from ocp_traj.task import Boundary, TrajectoryTask, merged, passed_once
+from ocp_traj.task import Boundary, TrajectoryTask
+from ocp_traj.task.preparing import merged, passed_once
 from ocp_traj.trajectory import Trajectory
 
 

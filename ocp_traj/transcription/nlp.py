@@ -11,7 +11,8 @@ import numpy as np
 
 from metaheuristics import Evaluation, Problem
 from ocp_traj.arrays import Array, read_only
-from ocp_traj.task import PreparedTask, TrajectoryTask
+from ocp_traj.task import TrajectoryTask
+from ocp_traj.task.preparing import PreparedTask
 from ocp_traj.trajectory import Trajectory
 
 Symbol = Any

@@ -9,6 +9,7 @@ import pinocchio as pin
 import pytest
 
 from helpers.audit_motions import INERTIA, clamped_cubic, pendulum
+from helpers.proofs.proof_motions import torque_motion
 from ocp_traj.audit import audit
 from ocp_traj.audit.motion import Motion
 from ocp_traj.audit.numerics import chebyshev
@@ -115,6 +116,20 @@ def test_torque_rate_peaks_agree_with_exact_derivatives(rubbing_ur5: Robot, seed
     assert peak.ratio >= ratios.max() * (1 - 1e-7)
     assert peak.ratio == pytest.approx(ratios.max(), rel=1e-4)
     assert peak.joint == np.argmax(ratios.max(axis=0))
+
+
+@pytest.mark.parametrize("seed", [40, 58])
+def test_rates_are_right_where_a_slow_joint_seems_to_turn_just_before_the_end(seed: int) -> None:
+    """There friction cuts segments of 1e-9 s, and slopes over so short a time are mostly rounding."""
+    task, motion = torque_motion(seed, friction=1.0, rate=True)
+    robot = task.robot
+    assert robot is not None
+    times, pieces = dense_times(motion, 4001)
+    rates = exact_rates(robot, *states(motion, times, pieces))
+    ratios = np.abs(rates) / task.limits.get("torque_rate")[0, 1]
+    verdict = audit(task, motion)
+    assert verdict.limits["torque_rate"].ratio == pytest.approx(ratios.max(), rel=1e-6)
+    assert verdict.smallest_feasible_scale == pytest.approx(1 / (1 + 1e-7), abs=1e-9)
 
 
 def test_a_torque_limit_broken_only_between_samples_is_refused(ur5: Robot) -> None:

@@ -362,3 +362,27 @@ def test_ctrl_c_stops_a_comparison_and_keeps_what_is_finished(tmp_path: Path, ca
     assert "Traceback" not in errors
     with Store(folder) as store:
         assert 1 <= len(store.finished()) < 100
+
+
+def test_check_tells_which_waypoints_are_one_point(capsys):
+    folder = Path(__file__).parents[1] / "data" / "faults"
+    assert run(["check", str(folder / "dup-middle.toml"), str(folder / "dup-middle-dwell-still.toml")]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "waypoints 2 and 3 are equal: one point, passed once" in said
+    assert "waypoints 2 and 3 are equal: two instants" in said
+
+
+def test_check_refuses_a_spline_with_too_few_points(capsys, tmp_path):
+    case = tmp_path / "few.toml"
+    case.write_text(
+        'schema = 1\nname = "few"\n[waypoints]\njoints = [[0.0], [1.0], [1.0], [2.0]]\n[limits]\nvelocity = 1.0\n'
+        '[spline]\nfamily = "3-5-3"\n'
+    )
+    assert run(["check", str(case)]) == 2
+    assert "equal consecutive waypoints are one point" in " ".join(capsys.readouterr().err.split())
+
+
+def test_published_durations_are_0_between_equal_waypoints(capsys):
+    case = str(Path(__file__).parents[1] / "data" / "faults" / "dup-middle.toml")
+    assert run(["audit", case, "--durations", "1.5,0,1.5"]) == 0
+    assert run(["audit", case, "--durations", "0,1.5,1.5"]) == 2

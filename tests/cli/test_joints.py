@@ -178,7 +178,7 @@ def test_wrong_choices_name_the_key(tmp_path: Path, robot: str, sentence: str) -
 # What each description of tests/data/faults is for, and what `check` says of it.
 CHECKED = {
     "continuous-minus-z": "j1 (continuous): position not given, velocity ±2 rad/s (robot)",
-    "no-inertia": "torque limits of the robot are left out: its description has no masses",
+    "no-inertia": "torque limits of the robot are left out: j1, j2 move no mass, so torques are not known",
     "velocity-zero": "1 j1 (revolute): position ±2 rad (robot), velocity not given",
     "effort-zero": "torque not given",
     "mimic": "j2 follows j1: -1 times its position, plus 0",

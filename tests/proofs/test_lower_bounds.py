@@ -207,10 +207,10 @@ def test_no_motion_that_exists_lies_in_a_refuted_box() -> None:
     refuted = 0
     for seed in range(40):
         task = random_chain(seed)
-        resolved = checker.read_task(resolve_task(task))
+        resolved = checker.Task(resolve_task(task))
         rng = np.random.default_rng(seed)
         for h in possible_durations(task, rng, 200)[:12]:
-            joints = checker.chain(resolved, Fraction(float(h.sum())))
+            joints = [checker.chain(resolved, Fraction(float(h.sum())), j) for j in range(task.n)]
             for _ in range(6):
                 width = 10 ** rng.uniform(-6, 0.3, task.gaps)
                 share = rng.choice([0.0, 1.0, rng.random()], task.gaps)
@@ -244,7 +244,7 @@ def test_no_ride_covers_less_than_the_least_way() -> None:
                 for hi in (v, v - Fraction(1, 10), v - 2):
                     if hi >= -V and lo >= -V:
                         assert checker.least_way(h, lo, hi, V, A, B) <= way
-                assert lo < -V or checker.least_way_to_any(h, lo, V, B) <= way
+                assert lo < -V or checker.least_way(h, lo, -V, V, A, B) <= way
 
 
 def test_the_least_way_is_concave_in_time() -> None:
@@ -255,7 +255,7 @@ def test_the_least_way_is_concave_in_time() -> None:
         a, b = sorted(Fraction(x) for x in rng.uniform(0, 5, 2))
         between, *ends = (checker.least_way(h, lo, hi, V, A, B) for h in ((a + b) / 2, a, b))
         assert between >= sum(ends) / 2
-        between, *ends = (checker.least_way_to_any(h, lo, V, B) for h in ((a + b) / 2, a, b))
+        between, *ends = (checker.least_way(h, lo, -V, V, A, B) for h in ((a + b) / 2, a, b))
         assert between >= sum(ends) / 2
 
 
@@ -298,7 +298,7 @@ def test_no_curve_that_keeps_its_limits_at_an_instant_lies_in_a_refuted_box() ->
         for limit, holds in ((abs(value), True), (0.7 * abs(value), False)):
             name = checker.ORDERS[order]
             task = TrajectoryTask(points, Limits(**{name: limit}), family="3-5-3")
-            resolved = checker.read_task(resolve_task(task))
+            resolved = checker.Task(resolve_task(task))
             for _ in range(8):
                 width = 10 ** rng.uniform(-4, -0.5) * rng.uniform(0.3, 1.0, 3)
                 share = rng.choice([0.0, 1.0, 0.5], 3)
@@ -311,29 +311,20 @@ def test_no_curve_that_keeps_its_limits_at_an_instant_lies_in_a_refuted_box() ->
     assert refuted > 100 and kept == 480
 
 
-def test_lemmas_and_their_weighted_sum_are_checked() -> None:
+def test_lemmas_are_checked() -> None:
     limits = Limits(velocity=1.0, acceleration=2.0)
     points = np.array([[0.0], [2.0], [0.0], [2.0], [0.0]])  # the joint turns at every waypoint: it stops there
     task = TrajectoryTask(points, limits, name="back-and-forth")
     document = prove_bound(task, 600.0, duration=9.5)
     assert document["evidence"]["lemmas"] and check(document)
     assert any(node[0] == "lemma" for node in document["evidence"]["tree"])
-    lemmas = document["evidence"]["lemmas"]
-    total = sum(float.fromhex(lemma["total"]) for lemma in lemmas[:4])
-    weights = [float(index < 4).hex() for index in range(len(lemmas))]
-    summed = copy.deepcopy(document)
-    summed["evidence"]["tree"] = [["sum", weights]]
-    summed["claim"]["duration"] = (total - 1e-3).hex()
-    assert all(lemma["first"] == lemma["last"] for lemma in lemmas[:4]) and check(summed)
-    for change in ("claim", "weight", "negative", "lemma"):
-        wrong = copy.deepcopy(summed)
-        if change == "claim":
-            wrong["claim"]["duration"] = (total + 1e-3).hex()
-        elif change == "lemma":
-            first = wrong["evidence"]["lemmas"][0]
-            first["total"] = (float.fromhex(first["total"]) + 1.0).hex()
-        else:
-            wrong["evidence"]["tree"][0][1][0] = (2.0 if change == "weight" else -1.0).hex()
-            wrong["claim"]["duration"] = (total - 4.0).hex()
-        with pytest.raises(Refused):
+    longer = copy.deepcopy(document)
+    first = longer["evidence"]["lemmas"][0]
+    first["total"] = (float.fromhex(first["total"]) + 1.0).hex()
+    with pytest.raises(Refused):
+        check(longer)
+    for missing in range(len(document["evidence"]["lemmas"])):
+        wrong = copy.deepcopy(document)
+        del wrong["evidence"]["lemmas"][missing]["tree"][-1]
+        with pytest.raises(Refused, match="ends before"):
             check(wrong)

@@ -224,8 +224,8 @@ def test_json_that_a_reader_could_take_two_ways_is_no_proof(proof: dict[str, Any
     path, text = tmp_path / "x.json", json.dumps(proof)
     for wrong, message in (
         ('{"schema": 1, ' + text[1:], "twice"),
-        (text.replace('"schema": 1', '"schema": 1.0', 1), "whole numbers"),
-        (text.replace('"schema": 1', '"schema": NaN', 1), "whole numbers"),
+        (text.replace('"schema": 1', '"schema": 1.0', 1), "expected schema 1"),
+        (text.replace('"schema": 1', '"schema": NaN', 1), "expected schema 1"),
         (text[:-1], "no JSON"),
         (text + text, "no JSON"),
         ("1" * 10_000, "no JSON"),

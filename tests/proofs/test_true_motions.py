@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from random_tasks import random_robot
 
 import ocp_traj as ot
 from helpers.proofs.measure import falsehood, torques
 from helpers.proofs.proof_motions import kinematic_motion, torque_motion
+from helpers.random_tasks import random_robot
 from ocp_traj.audit import audit
 from ocp_traj.audit.costs import energy, energy_without_regeneration, jerk_cost, motor_loss, torque_cost
 from ocp_traj.exceptions import InputError

@@ -13,6 +13,7 @@ import pytest
 from ocp_traj.exceptions import RobotError
 from ocp_traj.robot import load_robot, robot_from_urdf
 from ocp_traj.robot.description import xacro
+from ocp_traj.robot.description.srdf import srdf_beside
 
 BODY = (
     '<inertial><origin xyz="0.02 0 0.1"/><mass value="1.5"/>'
@@ -144,6 +145,7 @@ def test_what_cannot_be_is_refused_by_name(tmp_path: Path, parts: list[str], sen
         (b"no xml", "is not a valid URDF"),
         (b"\x00\x01\x02", "is not a valid URDF"),
         (b"<robot name='r'/>", "has no links, expected an arm"),
+        (b"<robot name='r'>&amp;&nothing;</robot>", "is not a valid URDF: undefined entity"),
     ],
 )
 def test_what_is_no_description_is_refused(tmp_path: Path, content: bytes, sentence: str) -> None:
@@ -160,6 +162,14 @@ def test_names_keep_their_letters_in_any_encoding(tmp_path: Path, encoding: str,
     (tmp_path / "arm.urdf").write_bytes(text.encode(encoding))
     robot = robot_from_urdf(tmp_path / "arm.urdf")
     assert (robot.name, robot.joint_names) == ("Größe", ("Drehgelenk für B",))
+
+
+def test_prefixes_that_nobody_declared_and_default_namespaces_do_no_harm(tmp_path: Path) -> None:
+    parts = f'{link("a", "")}{link("tool0")}{joint("universe", "a", "tool0")}<gazebo:x y:z="1"/><d:joint/>'
+    path = tmp_path / "arm.urdf"
+    path.write_text(f'<robot name="arm" xmlns="http://drake.mit.edu">{parts}</robot>')
+    robot = robot_from_urdf(path)
+    assert (robot.joint_names, robot.tool) == (("universe",), "tool0")
 
 
 @pytest.mark.parametrize(("kind", "length"), [("fixed", 5000), ("fixed", 301), ("floating", 150)])
@@ -263,6 +273,21 @@ def test_a_group_names_the_joints_of_the_task(tmp_path: Path, group: str, joints
         robot = robot_from_urdf(path, group=group, srdf=srdf)
         assert robot.joint_names == joints
         assert robot.tool == {"shoulder": "tool0", "elbow": "tool0", "finger_1": "left"}[joints[-1]]
+
+
+def test_the_srdf_that_belongs_to_a_description_is_found(tmp_path: Path) -> None:
+    (tmp_path / "urdf").mkdir()
+    (tmp_path / "srdf").mkdir()
+    urdf = tmp_path / "urdf" / "ur5_robot.urdf"
+    assert srdf_beside(urdf) is None
+    for name in ("manipulation", "ur5", "ur5_rob", "ur5_gripper"):
+        (tmp_path / "srdf" / f"{name}.srdf").touch()
+        found = srdf_beside(urdf)
+        assert found is not None
+        assert found.stem == {"ur5_gripper": "ur5_rob"}.get(name, name)
+    assert srdf_beside(urdf.with_name("other.urdf")) is None
+    urdf.with_suffix(".srdf").touch()
+    assert srdf_beside(urdf) == urdf.with_suffix(".srdf")
 
 
 @pytest.mark.parametrize(

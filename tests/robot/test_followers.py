@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import ocp_traj as ot
+from ocp_traj.case import task_from_json, task_to_json
+from ocp_traj.proofs.not_proved import NotProved
+from ocp_traj.proofs.resolve import resolve_task
 from ocp_traj.robot import Robot, robot_from_urdf
 from ocp_traj.robot.inverse_kinematics.damped_least_squares import DampedLeastSquares
 
@@ -107,6 +112,26 @@ def test_a_motion_with_followers_is_solved_and_audited_by_its_torque(pair: tuple
     torque = free.torque(full(q), full(v, rate=True), full(a, rate=True)) @ full(np.eye(3), rate=True).T
     assert 0.97 < np.abs(torque).max() / 80.0 < 1.0 + 1e-6
     assert result.energy == pytest.approx(np.trapezoid(np.abs(torque * v).sum(axis=1), t), rel=1e-3)
+
+
+def test_followers_travel_with_a_task(pair: tuple[Robot, Robot], tmp_path: Path) -> None:
+    robot, _ = pair
+    hasty = replace(robot, acceleration_limits=np.array([[-5.0, -6.0, -np.inf], [5.0, 6.0, np.inf]]))
+    for arm in (robot, hasty):
+        task = ot.TrajectoryTask(np.array([[0.0] * 3, [0.3, 0.2, 0.1]]), ot.Limits(jerk=90.0), arm)
+        data = json.loads(json.dumps(task_to_json(task), allow_nan=False))
+        back = task_from_json(data, "task.json")
+        assert back.robot == arm and back.robot.followers == arm.followers
+        assert ot.task_digest(back) == ot.task_digest(task)
+    data["robot"]["chain"]["joints"][2]["follows"]["joint"] = "j9"
+    with pytest.raises(ot.CaseError, match="joint 'j3' follows 'j9', expected one of j1, j2, j6"):
+        task_from_json(data, "task.json")
+
+
+def test_torques_with_followers_are_not_proved(pair: tuple[Robot, Robot]) -> None:
+    task = ot.TrajectoryTask(np.array([[0.0] * 3, [0.3] * 3]), ot.Limits(torque=200.0), pair[0], virtual_knots=2)
+    with pytest.raises(NotProved, match="torques of 'coupled', whose joints follow one another"):
+        resolve_task(task)
 
 
 def test_equal_arms_differ_by_how_their_joints_follow(tmp_path: Path, pair: tuple[Robot, Robot]) -> None:

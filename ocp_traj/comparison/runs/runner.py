@@ -117,4 +117,6 @@ def find_reference(request: Mapping[str, Any]) -> dict[str, Any]:
 
     task = load_case(request["case"], request["overrides"])
     wanted = ReferenceRequest(task, time_limit=BOUND_SECONDS, brief=True)
-    return finite(reference_named(request["reference"]).find(wanted).seconds)
+    reference = reference_named(request["reference"])
+    reference.check_available()
+    return finite(reference.find(wanted).seconds)

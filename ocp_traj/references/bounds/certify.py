@@ -23,7 +23,7 @@ from ocp_traj.references.bounds.branch_and_bound import prove_total
 from ocp_traj.references.bounds.enclosure import Enclosure
 from ocp_traj.references.bounds.kinematic_bound import gap_bounds
 from ocp_traj.references.bounds.kinematic_proof import MARGIN
-from ocp_traj.task import prepare
+from ocp_traj.task.preparing import prepare
 
 if TYPE_CHECKING:
     from ocp_traj.task import TrajectoryTask

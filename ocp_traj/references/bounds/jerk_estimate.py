@@ -17,7 +17,7 @@ from ocp_traj.arrays import Array, read_only
 from ocp_traj.deadline import Deadline
 from ocp_traj.exceptions import InputError
 from ocp_traj.quantities import RATES
-from ocp_traj.task import prepare
+from ocp_traj.task.preparing import prepare
 
 if TYPE_CHECKING:
     from ocp_traj.task import TrajectoryTask

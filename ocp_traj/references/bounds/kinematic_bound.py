@@ -22,7 +22,8 @@ from ocp_traj.references.bounds.kinematic_estimate import (
     stop_durations,
 )
 from ocp_traj.references.bounds.kinematic_proof import MARGIN, bounded_velocities, prove_lower, single_gaps
-from ocp_traj.task import Limits, TrajectoryTask, merged, prepare
+from ocp_traj.task import Limits, TrajectoryTask
+from ocp_traj.task.preparing import merged, prepare
 
 SPLINE_ACCURACY = 0.01
 """A timing on TOPP-RA's first grid that is longer than another motion by more than this fraction is not looked at."""

@@ -56,7 +56,7 @@ def local_optimum(
     lowest and the highest position (G + 1, n) at every waypoint.
     """
     deadline = search.deadline
-    problem = _Problem(limits, boxes, deadline.left)
+    problem = EstimateProblem(limits, boxes, deadline.left)
     best: LocalOptimum | None = None
     longest = 0.0
     for index in range(0 if known is None else -1, search.starts):
@@ -71,7 +71,7 @@ def local_optimum(
     return best
 
 
-class _Problem:
+class EstimateProblem:
     """The smooth problem in durations, velocities and plateau velocities, scaled to order one."""
 
     def __init__(self, limits: JointLimits, boxes: tuple[Array, Array] | None, seconds: float) -> None:

@@ -124,7 +124,9 @@ def _possible_points(fastest: ReferenceResult, curve: Trajectory, wanted: int, s
 
 
 def _unfinished(path: GeometricPath, deadline: Deadline) -> ReferenceResult:
-    reason = f"its {deadline} of the time limit do not allow for the convex problem of this path"
+    reason = "the time limit left no time for this path"
+    if deadline.seconds > 0:
+        reason = f"its {deadline} of the time limit do not allow for the convex problem of this path"
     return ReferenceResult("convex", path.name, None, reason)
 
 

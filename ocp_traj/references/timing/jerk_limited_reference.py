@@ -107,10 +107,8 @@ def jerk_limited_reference(
     if reason:
         return ReferenceResult("convex-jerk", curve.name, None, reason, **timings)
     result = finished("convex-jerk", curve, grid, rows, x, points=points, **timings)
-    if not deadline.passed or result.reason:
-        return result
-    reason = f"its {deadline} of the time limit ended the sequence, so the duration may still fall"
-    return replace(result, reason=reason)
+    late = f"its {deadline} of the time limit ended the sequence, so the duration may still fall"
+    return replace(result, reason=late) if deadline.left <= 0.0 and not result.reason else result
 
 
 def smooth_timing(grid: PathGrid) -> Array:

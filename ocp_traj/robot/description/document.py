@@ -6,6 +6,7 @@ import codecs
 import re
 from pathlib import Path
 from xml.etree import ElementTree
+from xml.parsers import expat
 
 from ocp_traj.exceptions import RobotError
 from ocp_traj.robot.description.xacro import expanded_xacro, is_xacro
@@ -40,14 +41,23 @@ def read_document(path: Path, what: str = "URDF") -> ElementTree.Element:
     if is_xacro(path, text):
         text = expanded_xacro(path)
     try:
-        root = ElementTree.fromstring(text)
-    except (ElementTree.ParseError, ValueError) as error:
+        root = _parsed(text)
+    except (expat.ExpatError, ValueError) as error:
         raise RobotError(f"robot description {path} is not a valid {what}: {error}") from None
     if root.tag != "robot":
         raise RobotError(
             f"robot description {path} is not a valid {what}: its root is <{root.tag[:40]}>, expected <robot>"
         )
     return root
+
+
+def _parsed(text: str) -> ElementTree.Element:
+    """Return the root of an XML text; prefixes stay part of the names, as readers of robot descriptions expect."""
+    parser, builder = expat.ParserCreate(), ElementTree.TreeBuilder()
+    parser.StartElementHandler = builder.start
+    parser.EndElementHandler = builder.end
+    parser.Parse(text, True)
+    return builder.close()
 
 
 def _read_text(path: Path) -> str:

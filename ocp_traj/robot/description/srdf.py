@@ -12,12 +12,17 @@ from ocp_traj.robot.description.urdf_tree import UrdfTree
 
 
 def srdf_beside(urdf: Path) -> Path | None:
-    """Return the SRDF that belongs to a URDF: of its name beside it or in ``../srdf``, or the only one there."""
-    folder = urdf.parent.parent / "srdf"
-    for candidate in (urdf.with_suffix(".srdf"), folder / f"{urdf.stem}.srdf"):
-        if candidate.is_file():
-            return candidate
-    others = sorted(folder.glob("*.srdf")) if folder.is_dir() else []
+    """Return the SRDF that belongs to a URDF: beside it or in ``../srdf``, of its name or the longest beginning of it.
+
+    In ``../srdf`` it may have another name where it is the only one.
+    """
+    own = urdf.with_suffix(".srdf")
+    if own.is_file():
+        return own
+    others = sorted((urdf.parent.parent / "srdf").glob("*.srdf"), key=lambda path: len(path.stem))
+    alike = [path for path in others if urdf.stem.startswith(path.stem)]
+    if alike:
+        return alike[-1]
     return others[0] if len(others) == 1 else None
 
 

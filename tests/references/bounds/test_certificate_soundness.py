@@ -30,7 +30,8 @@ def corner_cells(rng: np.random.Generator, count: int, gaps: int) -> tuple[Array
 def task_of(family: str, seed: int) -> TrajectoryTask:
     points = np.random.default_rng(seed).normal(size=(4, 2))
     jerk = 8.0 if family != "3-5-3" else np.inf
-    return TrajectoryTask(points, Limits(velocity=1.0, acceleration=1.5, jerk=jerk), family=family)
+    limits = Limits(velocity=1.0, acceleration=1.5, jerk=jerk)
+    return TrajectoryTask(points, limits, family=family, virtual_knots=0)
 
 
 def assert_bounds_hold(task: TrajectoryTask, seed: int, count: int) -> None:
