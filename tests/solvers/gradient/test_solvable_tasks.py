@@ -31,7 +31,8 @@ def alike(n: int, knots: int) -> TrajectoryTask:
 def test_joints_that_move_alike_with_velocity_limits_only() -> None:
     result = solve(fault("alike-joints"))
     assert result.feasible and result.status == "converged"
-    assert result.duration == pytest.approx(1.0446539, rel=1e-5)
+    least = np.deg2rad(30 + 20) / 1.3  # all the way at the velocity limit
+    assert least <= result.duration <= 1.01 * least
 
 
 @pytest.mark.parametrize("knots", [0, 1, 3])
