@@ -80,6 +80,7 @@ READING_ORDER = (
     "dh_robot",
     "gradient_against_swarms",
     "references",
+    "proof",
     "published_result",
     "export_to_ros2",
     "scale_out_with_dask",

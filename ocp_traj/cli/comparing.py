@@ -57,10 +57,11 @@ if TYPE_CHECKING:
     "--jobs", type=click.IntRange(min=1), metavar="N", help="Worker processes; default: the usable cores."
 )
 @click.option("--dask", metavar="ADDRESS", help="Use the workers of this Dask scheduler instead.")
+@click.option("--proofs", is_flag=True, help="Prove the best motions: DIR/proofs; the report marks them.")
 @click.option(
     "--output", default="comparison", show_default=True, metavar="DIR", help="Folder of results and report."
 )
-def compare_solvers(jobs: int | None, dask: str | None, output: str, **given: Any) -> int:
+def compare_solvers(jobs: int | None, dask: str | None, proofs: bool, output: str, **given: Any) -> int:
     """Compare solvers on CASEs: every case x solver x seed, resumable, with a report.
 
     Without arguments: ur5-torque-limited and machines-2024-490 with ipopt, ssa and pso, 3 seeds. What is
@@ -81,6 +82,13 @@ def compare_solvers(jobs: int | None, dask: str | None, output: str, **given: An
             markup=False,
         )
         return INTERRUPTED
+    if proofs:
+        from ocp_traj.comparison.report.proofs import prove_best
+
+        with console.status("proofs …"):
+            reasons = prove_best(folder)
+        for reason in reasons:
+            console.print(reason, markup=False)
     with console.status("report …"):
         files = write_report(folder)
     show_report(console, files, folder)

@@ -61,7 +61,7 @@ class Refused(Exception):
 
 
 Report = namedtuple("Report", "kind statement digest")
-"""What was proved: the kind, one sentence, and the SHA-256 of the task that the sentence is about."""
+Report.__doc__ = "What was proved: the kind, one sentence, and the SHA-256 of the task that the sentence is about."
 
 # Reading. Every key has to be known and there once, every list has to have the right length.
 

@@ -1,4 +1,4 @@
-"""Proof files on disk."""
+"""Proofs in memory and on disk, checked and written."""
 
 from __future__ import annotations
 
@@ -9,8 +9,54 @@ from pathlib import Path
 from typing import Any
 
 from ocp_traj.exceptions import InputError
+from ocp_traj.proofs import checker
 
 LARGEST_BYTES = 5_000_000
+
+
+def check(document: Any) -> checker.Report:
+    """Check a proof with the small checker.
+
+    Parameters
+    ----------
+    document : dict
+        As read from a file, or from `prove` or `prove_bound`.
+
+    Returns
+    -------
+    Report
+        Its `kind`, the `statement` that holds, and the `digest` of the task.
+
+    Raises
+    ------
+    NotAProof
+        The document does not have the form of a proof.
+    Refused
+        A statement does not hold, or cannot be shown; says which.
+    """
+    return checker.check(document)
+
+
+def check_file(path: str | os.PathLike[str]) -> checker.Report:
+    """Check a proof file with the small checker, as ``python checker.py FILE`` does.
+
+    Parameters
+    ----------
+    path : path
+
+    Returns
+    -------
+    Report
+        As `check` returns it.
+
+    Raises
+    ------
+    NotAProof
+        The file cannot be read, or is no proof.
+    Refused
+        A statement does not hold, or cannot be shown; says which.
+    """
+    return checker.check_file(os.fspath(path))
 
 
 def write_proof(document: dict[str, Any], path: str | os.PathLike[str]) -> None:

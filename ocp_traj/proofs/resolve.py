@@ -161,6 +161,10 @@ def is_about(document: dict[str, Any], task: TrajectoryTask, relative: float = 1
     task : TrajectoryTask
     relative : float
         Largest relative difference of two numbers that are the same; also absolute below 1.
+
+    Returns
+    -------
+    bool
     """
     try:
         return _same(document.get("task"), resolve_task(task), relative)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -94,8 +95,27 @@ def test_arguments_that_do_not_fit_are_wrong_input(arguments: list[str], capsys:
     assert capsys.readouterr().err.count("\n") == 1
 
 
-def test_a_result_proves_its_motion(folder: Path) -> None:
+def test_a_result_proves_its_motion() -> None:
     result = ot.solve(ot.load_case(CASE), "ipopt", seed=0)
     assert check(result.prove()).kind == "motion"
     with pytest.raises(NotProved, match="no motion"):
-        ot.solve(ot.load_case(CASE), "ipopt", time_limit=1e-9).prove()
+        replace(result, trajectory=None).prove()
+
+
+def test_a_comparison_proves_its_best_motions_and_the_report_marks_them(tmp_path: Path) -> None:
+    folder = tmp_path / "study"
+    command = ["compare", CASE, "--solvers", "ipopt", "--seeds", "1", "--no-references", "--jobs", "1"]
+    assert run([*command, "--output", str(folder)]) == 0
+    assert "feasible, proved" not in (folder / "report.md").read_text()
+    assert run([*command, "--proofs", "--output", str(folder)]) == 0
+    (proof,) = (folder / "proofs").iterdir()
+    assert proof.name.endswith(".proof.json") and run(["verify", str(proof), "--case", CASE]) == 0
+    assert "feasible, proved" in (folder / "report.md").read_text()
+    document = json.loads(proof.read_text())
+    document["motion"]["case"] = "renamed"  # holds still, but of a curve that was not stored
+    start = document["motion"]["coefficients"][0][0]
+    start[0] = (float.fromhex(start[0]) + 1e-12).hex()
+    proof.write_text(json.dumps(document))
+    assert run(["verify", str(proof)]) == 0
+    assert run(["report", str(folder)]) == 0
+    assert "feasible, proved" not in (folder / "report.md").read_text()

@@ -61,6 +61,43 @@ def test_any_motion_at_its_torque_limit_is_proved_and_not_beyond(seed: int) -> N
     assert_agreement(*torque_motion(seed, friction=float(seed % 2)))
 
 
+def is_proved(task: TrajectoryTask, motion: Trajectory) -> bool:
+    try:
+        return bool(prove(task, motion))
+    except NotProved:
+        return False
+
+
+def disagreements(seeds: range) -> list[tuple[int, int]]:
+    """Return seed and kind of motions that the judge and the checker see differently; four motions of each seed.
+
+    At a limit, too fast by 4e-6, with a coefficient moved by 1e-13 (nothing) or by 1e-2 (a jump, or a limit broken).
+    """
+    found = []
+    for seed in seeds:
+        task, motion = kinematic_motion(seed)
+        rng = np.random.default_rng(seed)
+        motions = [motion, motion.scaled(TOO_FAST)]
+        for size in (1e-13, 1e-2):
+            coefficients = motion.coefficients.copy()
+            coefficients[tuple(rng.integers(coefficients.shape))] += size
+            motions.append(Trajectory(motion.breakpoints, coefficients, motion.waypoint_times))
+        for kind, moved in enumerate(motions):
+            if audit(task, moved).feasible != is_proved(task, moved):
+                found.append((seed, kind))
+    return found
+
+
+def test_judge_and_checker_agree_on_a_hundred_motions() -> None:
+    assert disagreements(range(1000, 1025)) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(2000, 4500, 25))
+def test_judge_and_checker_agree_on_ten_thousand_motions(first: int) -> None:
+    assert disagreements(range(first, first + 25)) == []
+
+
 @pytest.mark.parametrize("case", ot.case_names())
 def test_the_answer_to_a_packaged_case_is_proved_whole(case: str) -> None:
     task = ot.load_case(case)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from ocp_traj.comparison.report.comparison_pictures import (
 )
 from ocp_traj.comparison.report.document import Document, Fold, ReportSection, to_markdown
 from ocp_traj.comparison.report.judging import ComparedProblem, Judgement, judge, objective_of
+from ocp_traj.comparison.report.proofs import proved_runs
 from ocp_traj.comparison.report.story import LIMITATIONS, describe_machine, tell_story
 from ocp_traj.comparison.runs.store import Store, StoredRun
 from ocp_traj.exceptions import InputError, OcpTrajError
@@ -102,7 +103,7 @@ def build_document(
         f"{len(rows)} runs; every answer judged by the audit, never by the solver's claim."
     )
     sections = [
-        *(_findings(judgement, motions, untold) if judgement.groups else []),
+        *(_findings(judgement, motions, untold, proved_runs(store, judgement)) if judgement.groups else []),
         ReportSection("runs", "Single runs", folds=(Fold("All runs", tables=(tables.run_table(rows),)),)),
         ReportSection("machine", "Machine and versions", (describe_machine(environment), *_plan_text(plans))),
         ReportSection("limitations", "Limitations", LIMITATIONS),
@@ -111,14 +112,14 @@ def build_document(
 
 
 def _findings(
-    judgement: Judgement, motions: Sequence[ShownMotion], untold: Sequence[str]
+    judgement: Judgement, motions: Sequence[ShownMotion], untold: Sequence[str], proved: Collection[str]
 ) -> list[ReportSection]:
     return [
         _results(judgement),
         _tests(judgement),
         _costs(judgement),
         *_motion_sections(motions, untold),
-        _audit(judgement),
+        _audit(judgement, proved),
     ]
 
 
@@ -179,9 +180,9 @@ def _costs(judgement: Judgement) -> ReportSection:
     )
 
 
-def _audit(judgement: Judgement) -> ReportSection:
+def _audit(judgement: Judgement, proved: Collection[str]) -> ReportSection:
     failures = tables.failure_table(judgement)
-    found = (tables.audit_table(judgement), *((failures,) if failures else ()))
+    found = (tables.audit_table(judgement, proved), *((failures,) if failures else ()))
     return ReportSection("audit", "Audit", tables=found)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -319,8 +319,11 @@ def _reference_cell(problem: ComparedProblem, reference: Reference, part: str) -
     return number(paths.get(path), 6, suffix=f" ({path})" if path else "")
 
 
-def audit_table(judgement: Judgement) -> Table:
-    """Return what the audit says of the best run of every solver on every problem, or of its failure."""
+def audit_table(judgement: Judgement, proved: Collection[str] = ()) -> Table:
+    """Return what the audit says of the best run of every solver on every problem, or of its failure.
+
+    `proved` are the trajectory files of runs with a proof.
+    """
     rows = []
     for problem in judgement.problems:
         for solver in judgement.solvers:
@@ -329,7 +332,8 @@ def audit_table(judgement: Judgement) -> Table:
                 continue
             best = group.best
             row = best if best is not None else group.rows[0]
-            verdict = text("feasible", "good") if best is not None else text("infeasible", "bad")
+            said = "feasible, proved" if row.trajectory_file in proved else "feasible"
+            verdict = text(said, "good") if best is not None else text("infeasible", "bad")
             rows.append((text(problem.label), text(solver), verdict, *_findings(row)))
     columns = ("problem", "solver", "verdict", "tightest limit", "ratio", "waypoint error", "said")
     note = "The first run where none is feasible."
