@@ -545,15 +545,16 @@ class Dynamics:
             b, rounding = self.nodes.interpolate([row[joint] for row in values])
             if not math.isfinite(rounding):  # comparisons below would overlook a NaN
                 return False
-            degree = self.nodes.degree  # Markov: an error e of p makes at most degree^2 e of p'
-            rate = [(y - x) * degree / (2 * float(half)) for x, y in zip(b, b[1:])]
-            rate_error = rate_errors[joint] + rounding * degree**2 / float(half) * UP * UP
+            rate = [(y - x) * self.nodes.degree / (2 * float(half)) for x, y in zip(b, b[1:])]
+            markov = self.nodes.degree**2 / float(half) * UP * UP  # times an error of p: at most the error of its slope
+            rate_error = rate_errors[joint] + rounding * markov
+            error = errors[joint] + rounding + ROUNDINGS * max(map(abs, b))
             if not self._keeps("torque_rate", gap, joint, rate, rate_error, when):
                 return False
             for part, speed, share in self.with_friction(joint, b, [float(x) for x in bernstein(c, begin, end)]):
-                if not self._keeps("torque", gap, joint, part, errors[joint] + rounding, when):
+                if not self._keeps("torque", gap, joint, part, error, when):
                     return False
-                costs.append((joint, part, speed, errors[joint] + rounding, share * 2 * float(half) * UP))
+                costs.append((joint, part, speed, error, share * 2 * float(half) * UP))
         for entry in costs:  # all is shown
             self._pay(*entry)
         return True
@@ -631,8 +632,7 @@ def highest(gap: Gap, lo: Fraction, hi: Fraction, ends: Row) -> Fraction | None:
     if all(least_way(h, lo, -V, V, A, B) > far for h in ends):
         return None
     best = min(W, hi + A * ends[-1])
-    known, hint = -float(V), float(best)
-    far_, lo_, V_, A_, B_, *ends_ = map(float, (far, lo, V, A, B, *ends))
+    known, hint, far_, lo_, V_, A_, B_, *ends_ = map(float, (-V, best, far, lo, V, A, B, *ends))
     for _ in range(30):  # a hint by bisection in floats; G decides in exact numbers
         middle = (known + hint) / 2
         too_fast = all(least_way(h, lo_, middle, V_, A_, B_) > far_ for h in ends_)

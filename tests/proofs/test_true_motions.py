@@ -71,14 +71,15 @@ def is_proved(task: TrajectoryTask, motion: Trajectory) -> bool:
 def disagreements(seeds: range) -> list[tuple[int, int]]:
     """Return seed and kind of motions that the judge and the checker see differently; four motions of each seed.
 
-    At a limit, too fast by 4e-6, with a coefficient moved by 1e-13 (nothing) or by 1e-2 (a jump, or a limit broken).
+    At a limit, too fast by 4e-6, with a coefficient moved by 1e-16 (nothing) or by 1e-2 (a jump, or a limit
+    broken). Between them lie jumps that the judge lets pass and the checker, ten times stricter, does not.
     """
     found = []
     for seed in seeds:
         task, motion = kinematic_motion(seed)
         rng = np.random.default_rng(seed)
         motions = [motion, motion.scaled(TOO_FAST)]
-        for size in (1e-13, 1e-2):
+        for size in (1e-16, 1e-2):
             coefficients = motion.coefficients.copy()
             coefficients[tuple(rng.integers(coefficients.shape))] += size
             motions.append(Trajectory(motion.breakpoints, coefficients, motion.waypoint_times))
