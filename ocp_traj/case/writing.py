@@ -58,6 +58,7 @@ def dumps(task: TrajectoryTask, folder: Path | None = None) -> str:
     tables["objective"] = _objective_table(task)
     tables["search"] = {
         "duration": np.asarray(task.search.duration).tolist(),
+        "offset": task.search.offset,
         "protocol": task.search.protocol,
     }
     return tomli_w.dumps(tables)

@@ -19,6 +19,7 @@ def transcribe(
     form: str = "condensed",
     encoding: str | type[Encoding] = "durations",
     samples: int = 16,
+    offsets: str = "spline",
 ) -> Nlp:
     """Return a task as a numerical problem, to look at or to solve.
 
@@ -32,6 +33,9 @@ def transcribe(
         Of the condensed form: ``"durations"``, ``"log-durations"``, ``"scaled"``, or one of your own.
     samples : int
         Samples a gap of limits that have no closed-form extrema.
+    offsets : str
+        Of the condensed form: whether virtual knots are measured from the ``"spline"`` through the waypoints or from
+        the ``"chord"``.
 
     Returns
     -------
@@ -44,7 +48,7 @@ def transcribe(
         The form or the encoding is unknown, or the family has no such form.
     """
     if form == "condensed":
-        return CondensedNlp(task, encoding=encoding, samples=samples)
+        return CondensedNlp(task, encoding=encoding, samples=samples, offsets=offsets)
     if form == "lifted":
         if not task.family.has_lifted_form:
             raise InputError(f"{task.family} has the condensed form only, expected form 'condensed'")

@@ -26,6 +26,8 @@ class CondensedSolver(Solver):
     ----------
     encoding : str
         ``"durations"``, ``"log-durations"`` or ``"scaled"``; see `CondensedNlp`.
+    offsets : str
+        ``"spline"`` or ``"chord"``: what virtual knots are measured from; see `CondensedNlp`.
     samples : int
         Samples per gap.
     extrema : str
@@ -33,12 +35,15 @@ class CondensedSolver(Solver):
     """
 
     encoding: str = "durations"
+    offsets: str = "spline"
     samples: int = 16
     extrema: str = "auto"
 
     def problem(self, task: TrajectoryTask) -> CondensedNlp:
         """Return the task as this solver sees it."""
-        return CondensedNlp(task, encoding=self.encoding, samples=self.samples, extrema=self.extrema)
+        return CondensedNlp(
+            task, encoding=self.encoding, offsets=self.offsets, samples=self.samples, extrema=self.extrema
+        )
 
     def run(self, task: TrajectoryTask, request: Request) -> Outcome:
         """Search all joints together; see `Solver.run`."""
