@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 
 from metaheuristics import Solution
+from ocp_traj.arrays import Array
 from ocp_traj.exceptions import InputError
-from ocp_traj.solvers.solver import Outcome, Request, Solver
+from ocp_traj.solvers.population.between_samples import KEPT, may_be_refused, refine
+from ocp_traj.solvers.solver import DEFAULT_BUDGET, Outcome, Request, Solver
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription import initial_guess
@@ -39,10 +41,17 @@ class CondensedSolver(Solver):
     samples: int = 16
     extrema: str = "auto"
 
-    def problem(self, task: TrajectoryTask) -> CondensedNlp:
-        """Return the task as this solver sees it."""
+    def problem(
+        self, task: TrajectoryTask, denser: int = 1, box: tuple[Array, Array] | None = None
+    ) -> CondensedNlp:
+        """Return the task as this solver sees it, with `denser` times its samples, in a box of its variables."""
         return CondensedNlp(
-            task, encoding=self.encoding, offsets=self.offsets, samples=self.samples, extrema=self.extrema
+            task,
+            encoding=self.encoding,
+            offsets=self.offsets,
+            samples=denser * self.samples,
+            extrema=self.extrema,
+            box=box,
         )
 
     def run(self, task: TrajectoryTask, request: Request) -> Outcome:
@@ -53,14 +62,25 @@ class CondensedSolver(Solver):
         nlp = self.problem(task)
         start, spent, counts = self.start_candidates(nlp, request)
         build_time = time.perf_counter() - begin
-        solution = self.search(nlp, request, start, spent)
+        solution = self.search_between_samples(nlp, request, start, spent)
         solution = replace(
             solution,
             build_time=solution.build_time + build_time,
             evaluations=solution.evaluations + spent,
         )
         counts = {**counts, "evaluate": solution.evaluations - spent}
-        return Outcome(nlp.decode(solution.x), solution, counts)
+        assert isinstance(solution.problem, CondensedNlp)
+        return Outcome(solution.problem.decode(solution.x), solution, counts)
+
+    def search_between_samples(
+        self, nlp: CondensedNlp, request: Request, start: Any, spent: int
+    ) -> Solution:
+        """Search, and go on beside the answer where the judge would refuse it for what lies between samples."""
+        total = (request.budget or DEFAULT_BUDGET) - spent
+        kept = int(KEPT * total) if may_be_refused(nlp.task, nlp) else 0
+        solution = self.search(nlp, replace(request, budget=total - kept), start)
+        rest = replace(request, budget=total).less(solution.evaluations, solution.seconds)
+        return refine(nlp.task, solution, rest, self.problem, self.search) if kept else solution
 
     def start_candidates(self, nlp: CondensedNlp, request: Request) -> tuple[Any, int, dict[str, int]]:
         """Return known candidates (k, d) or None, the evaluations spent on them, and counts of calls."""

@@ -47,6 +47,8 @@ class CondensedNlp(Nlp):
         the joint's travel, in [-1, 1].
     guess : Trajectory, optional
         A motion of the task's family and number of knots to start from; by default one from the limits alone.
+    box : pair of (d,), optional
+        Bounds of the variables; by default the encoding's own.
 
     Attributes
     ----------
@@ -67,17 +69,19 @@ class CondensedNlp(Nlp):
         bounds: ArrayLike | None = None,
         offsets: str = "spline",
         guess: Trajectory | None = None,
+        box: tuple[Array, Array] | None = None,
     ) -> None:
         chosen = find_encoding(encoding)
         self.encoding = chosen(task, make_rows(task, samples, extrema), bounds, offsets)
         self.segments = self.encoding.segments
         start = self.encoding.encode(initial_guess(task) if guess is None else guess)
+        lower, upper = (self.encoding.lower, self.encoding.upper) if box is None else box
         g_lower, g_upper = self.encoding.bounds()
         super().__init__(
             task,
-            lower=self.encoding.lower,
-            upper=self.encoding.upper,
-            guess=np.clip(start, self.encoding.lower, self.encoding.upper),
+            lower=lower,
+            upper=upper,
+            guess=np.clip(start, lower, upper),
             g_lower=g_lower,
             g_upper=g_upper,
             rows=self.encoding.labels(),

@@ -40,7 +40,7 @@ def expected_rows(task: TrajectoryTask, robot: Any, motion: Motion, exact: bool)
         rows.append((*place, value / scale, bounds[0] / scale, bounds[1] / scale))
 
     for name, order in ORDERS.items():
-        closed = exact and order > 0
+        closed = exact and (order > 0 or task.family == "cubic")
         points = [0.0, 1.0] if closed else grid(per_gap)
         table = [
             motion.extremes(order, s) if closed else motion.at(order, s, points) for s in range(segments)
