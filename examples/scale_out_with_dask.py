@@ -19,7 +19,7 @@ except ImportError:
     print("this example needs Dask: pip install 'ocp-traj[cluster]'")
 else:
     plan = Plan(
-        cases=(CaseChoice("machines-2024-490", ("spline.family=cubic",)),),
+        cases=(CaseChoice("machines-2024-490", ("spline.family=cubic", "spline.virtual_knots=0")),),
         solvers=("ipopt", "pso"),
         seeds=2,
         budgets=(500,),

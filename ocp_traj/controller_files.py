@@ -20,6 +20,41 @@ _MAXIMUM_SAMPLES = 1_000_000
 _SHORTEST_STEP = 1e-6
 
 
+END_SPEED = 1e-6
+"""Speed of a joint, rad/s or m/s, up to which a motion ends at rest."""
+
+
+def objections(
+    trajectory: Trajectory, task: TrajectoryTask | None, *, starts_at_rest: bool = False
+) -> list[str]:
+    """Return what speaks against sending a motion to a controller, a phrase each; empty where nothing does.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    task : TrajectoryTask or None
+        Whose limits it has to keep.
+    starts_at_rest : bool
+        Whether the program brings the robot to the start first, so that it begins at rest.
+    """
+    from ocp_traj.audit import audit
+
+    found = []
+    if task is None:
+        found.append("the motion carries no task, so that its limits are not known")
+    else:
+        verdict = audit(task, trajectory)
+        if not verdict.feasible:
+            found.append(f"the motion is not feasible ({verdict.findings[0] if verdict.findings else verdict.worst})")
+    ends = [("ends", -1)] + ([("starts", 0)] if starts_at_rest else [])
+    for word, place in ends:
+        speeds = np.abs(trajectory(trajectory.breakpoints[place], 1)).ravel()
+        if speeds.max() > END_SPEED:
+            joint = int(speeds.argmax())
+            found.append(f"the motion {word} moving, joint {joint + 1} at {speeds[joint]:.6g} rad/s (m/s)")
+    return found
+
+
 @dataclass(frozen=True)
 class ControllerSamples:
     """What a controller gets: strictly increasing times from 0 and the states there.
@@ -159,11 +194,13 @@ def _quote(name: str) -> str:
     return "'" + name.replace("'", "''") + "'"
 
 
-def to_urscript(trajectory: Trajectory, rate: float, name: str = "ocp_traj_motion") -> tuple[str, float]:
+def to_urscript(
+    trajectory: Trajectory, rate: float, name: str = "ocp_traj_motion", joint_names: Sequence[str] = ()
+) -> tuple[str, float]:
     """Return a URScript program that streams the motion with ``servoj``, and how much slower it is.
 
     The program first moves to the start with ``movej``. The motion is slowed by less than one control period
-    so that it ends on a sample; between samples the controller moves linearly.
+    so that it ends on a sample; between samples the controller moves linearly. Names of the joints are a comment.
 
     Raises
     ------
@@ -184,7 +221,8 @@ def to_urscript(trajectory: Trajectory, rate: float, name: str = "ocp_traj_motio
     scale = max(periods / rate / trajectory.duration, 1.0)
     slowed = trajectory.scaled(scale)
     q = slowed(slowed.breakpoints[0] + np.arange(periods + 1) / rate)
-    lines = [f"def {name}():", f"  movej({_joints(q[0])}, a=0.5, v=0.3)"]
+    comment = [f"# joints: {', '.join(joint_names)}"] if joint_names else []
+    lines = [*comment, f"def {name}():", f"  movej({_joints(q[0])}, a=0.5, v=0.3)"]
     lines += [f"  servoj({_joints(row)}, 0, 0, {1 / rate:.6f}, 0.03, 1000)" for row in q[1:]]
     lines += ["  stopj(10.0)", "end", f"{name}()"]
     return "\n".join(lines) + "\n", scale

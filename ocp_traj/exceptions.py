@@ -2,6 +2,15 @@
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Iterable
+
+
+def did_you_mean(given: str, expected: Iterable[str]) -> str:
+    """Return ``"; did you mean 'x'?"`` for a near miss, else an empty text."""
+    close = difflib.get_close_matches(given[:100], list(expected), n=1)
+    return f"; did you mean {close[0]!r}?" if close else ""
+
 
 class OcpTrajError(Exception):
     """Root of the library's own exceptions."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import math
 import os
+import stat
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -28,6 +30,31 @@ def write_atomically(path: Path, text: str) -> None:
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def read_regular(path: Path, most: int) -> bytes:
+    """Return the content of a regular file: a device may never end, and a pipe may never begin.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    most : int
+        Bytes at most.
+
+    Raises
+    ------
+    OSError
+        The file cannot be read, is no regular file, or is larger.
+    """
+    found = path.stat()
+    if stat.S_ISDIR(found.st_mode):
+        raise IsADirectoryError(errno.EISDIR, "it is a folder", str(path))
+    if not stat.S_ISREG(found.st_mode):
+        raise OSError(errno.EINVAL, "it is not a regular file", str(path))
+    if found.st_size > most:
+        raise OSError(errno.EFBIG, f"it is larger than {most} bytes", str(path))
+    with path.open("rb") as stream:
+        return stream.read(most)
 
 
 def finite(value: Any) -> Any:

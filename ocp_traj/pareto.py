@@ -18,7 +18,7 @@ import numpy as np
 
 from ocp_traj.arrays import Array, read_only
 from ocp_traj.audit.costs import objective_value
-from ocp_traj.exceptions import InputError
+from ocp_traj.exceptions import InputError, did_you_mean
 from ocp_traj.files import finite
 from ocp_traj.quantities import COSTS
 from ocp_traj.solving import SolveResult, solve
@@ -270,7 +270,8 @@ def second_objective(task: TrajectoryTask, name: str | None = None) -> Objective
             )
         name = "energy"
     if name not in _efforts():
-        raise InputError(f"the objective {name!r} is unknown, expected one of {', '.join(_efforts())}")
+        hint = did_you_mean(name, _efforts())
+        raise InputError(f"the objective {name!r} is unknown, expected one of {', '.join(_efforts())}{hint}")
     if COSTS[name].needs_inertia and not task.has_inertia:
         raise InputError(
             f"{name} needs a robot with inertia, but {task.name} has none; expected one of "

@@ -75,8 +75,8 @@ def _table(*rows: Quantity) -> dict[str, Quantity]:
 JOINT_LIMITS = _table(
     Quantity("position", "rad", "m", order=0, from_robot=True),
     Quantity("velocity", "rad/s", "m/s", order=1, from_robot=True),
-    Quantity("acceleration", "rad/s^2", "m/s^2", order=2),
-    Quantity("jerk", "rad/s^3", "m/s^3", order=3),
+    Quantity("acceleration", "rad/s^2", "m/s^2", order=2, from_robot=True),
+    Quantity("jerk", "rad/s^3", "m/s^3", order=3, from_robot=True),
     Quantity("torque", "N m", "N", order=2, needs_inertia=True, from_robot=True),
     Quantity("torque_rate", "N m/s", "N/s", order=3, needs_inertia=True),
 )

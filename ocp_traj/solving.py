@@ -9,14 +9,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from metaheuristics import Status
 from ocp_traj.audit import Verdict, audit
 from ocp_traj.audit.costs import energy, objective_value
+from ocp_traj.case import task_to_json
 from ocp_traj.files import finite
 from ocp_traj.solvers import Outcome, Request, Solver, parse_solver
-from ocp_traj.solvers.mending import is_oversight, slowed_into_limits, solve_tighter
+from ocp_traj.solvers.gradient.slow import slow_motion
+from ocp_traj.solvers.mending import draw_in, is_oversight, slowed_into_limits, solve_tighter
 from ocp_traj.solvers.outcomes import add_counts
+from ocp_traj.solvers.prepared import run_prepared
 from ocp_traj.solvers.registry import follow_protocol
 from ocp_traj.solvers.solver import ProgressCallback
+from ocp_traj.task.preparing import prepare
 from ocp_traj.trajectory_files import to_json as trajectory_to_json
 from ocp_traj.version import __version__
 
@@ -25,6 +30,9 @@ if TYPE_CHECKING:
     from ocp_traj.arrays import Array
     from ocp_traj.task import TrajectoryTask
     from ocp_traj.trajectory import Trajectory
+
+MENDING_ROUNDS = 4
+"""Warm solves at most with limits drawn in, until the audit agrees."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,6 +138,7 @@ class SolveResult:
             "solve_time": self.solution.solve_time,
             "references": references,
             "trajectory": None if self.trajectory is None else trajectory_to_json(self.trajectory),
+            "task": task_to_json(self.task),
             "versions": versions(),
         }
 
@@ -206,10 +215,12 @@ def solve(
     name = solver if isinstance(solver, str) else type(solver).__name__
     chosen = follow_protocol(parse_solver(solver) if isinstance(solver, str) else solver, task)
     request = Request(seed, budget, time_limit, progress, warm_start)
-    result = judge(task, name, seed, chosen.run(task, request))
+    result = judge(task, name, seed, run_prepared(chosen, task, request))
     if chosen.kind in ("gradient", "hybrid") and is_oversight(result.audit, result.solution.status):
         last = chosen if chosen.kind == "gradient" else parse_solver("ipopt")
         result = _mended(last, result, request)
+    if chosen.kind in ("gradient", "hybrid") and not result.feasible:
+        result = _slowed(result)
     return result if warm_start is None else _no_worse(result, warm_start)
 
 
@@ -231,28 +242,51 @@ def judge(task: TrajectoryTask, name: str, seed: int, outcome: Outcome) -> Solve
 
 
 def _mended(solver: Solver, result: SolveResult, request: Request) -> SolveResult:
-    """Return the answer of a solve with tighter limits, judged against the task's own, where that is feasible."""
-    task, first = result.task, result.solution
-    rest = request.less(first.evaluations, first.seconds)
-    assert result.audit is not None and result.audit.worst is not None
-    if rest.exhausted():
+    """Return a feasible answer of warm solves with broken limits drawn in, or the result where there is none.
+
+    Each answer is judged against the task's own limits, and what it breaks is drawn in further.
+    """
+    task, last, runs = result.task, result, [result]
+    fractions: dict[str, float] = {}
+    for _ in range(MENDING_ROUNDS):
+        rest = request.less(sum(run.solution.evaluations for run in runs), sum(run.solution.seconds for run in runs))
+        if rest.exhausted() or not is_oversight(last.audit, last.solution.status):
+            break
+        assert last.audit is not None
+        fractions = draw_in(last.audit, fractions)
+        outcome = solve_tighter(solver, task, fractions, replace(rest, warm_start=last.trajectory))
+        last = judge(task, result.solver, result.seed, outcome)
+        runs.append(last)
+        if last.feasible:
+            solution = last.solution.paying_for([run.solution for run in runs])
+            return replace(last, solution=solution, counts=add_counts(*(run.counts for run in runs)))
+    return result
+
+
+def _slowed(result: SolveResult) -> SolveResult:
+    """Return the best feasible motion that can be made without solving: the answer's own slowed, or a closed form."""
+    task, status = result.task, result.solution.status
+    if status is Status.INFEASIBLE:
         return result
-    warm = replace(rest, warm_start=result.trajectory)
-    outcome = solve_tighter(solver, task, result.audit.worst.ratio, warm)
-    again = judge(task, result.solver, result.seed, outcome)
-    if not again.feasible:
+    scale = None if result.audit is None else result.audit.smallest_feasible_scale
+    motions = [slow_motion(task)]
+    if result.trajectory is not None and scale is not None and 0.0 < scale < np.inf:
+        motions.append(result.trajectory.scaled(scale))
+    judged = [(motion, audit(task, motion)) for motion in motions if motion is not None]
+    feasible = [(objective_value(task, motion), motion, verdict) for motion, verdict in judged if verdict.feasible]
+    if not feasible:
         return result
-    return replace(
-        again,
-        solution=again.solution.paying_for([first, again.solution]),
-        counts=add_counts(again.counts, result.counts),
-    )
+    _, motion, verdict = min(feasible, key=lambda each: each[0])
+    message = f"{result.solution.message} The motion is a slow one, made without solving; no better one was found."
+    kept = Status.STALLED if status in (Status.CONVERGED, Status.FAILED) else status
+    solution = replace(result.solution, message=message, status=kept)
+    return replace(result, trajectory=motion, audit=verdict, solution=solution, scaled_by=1.0, diagnosis="")
 
 
 def _no_worse(result: SolveResult, start: Trajectory) -> SolveResult:
     """Return the motion the solver was started from where it is feasible and the solver found nothing better."""
     task = result.task
-    segments = task.gaps * (task.virtual_knots + 1)
+    segments = prepare(task).task.gaps * (task.virtual_knots + 1)
     if start.family != task.family or len(start.breakpoints) != segments + 1:
         return result
     verdict = audit(task, start)

@@ -22,7 +22,8 @@ class Trajectory:
     coefficients : (m, n, degree + 1) array
         Ascending powers of ``t - breakpoints[k]``, in rad (m for prismatic joints) and s.
     waypoint_times : (K,) array
-        When each waypoint is passed, s; a subset of the breakpoints.
+        When each waypoint is passed, s; a subset of the breakpoints. Equal waypoints that follow one another are
+        one point and have the same time.
     family, case : str
         Name of the spline family and of the case, carried into files.
 
@@ -58,9 +59,9 @@ class Trajectory:
 
     def _check_waypoint_times(self) -> None:
         times, breakpoints = self.waypoint_times, self.breakpoints
-        if times.ndim != 1 or times.size < 2 or not (np.isfinite(times).all() and (np.diff(times) > 0).all()):
+        if times.ndim != 1 or times.size < 2 or not (np.isfinite(times).all() and (np.diff(times) >= 0).all()):
             raise InputError(
-                "a trajectory's waypoint times must be at least two finite numbers that increase"
+                "a trajectory's waypoint times must be at least two finite numbers that do not decrease"
             )
         slack = 1e-9 * (breakpoints[-1] - breakpoints[0])
         if abs(times[0] - breakpoints[0]) > slack or abs(times[-1] - breakpoints[-1]) > slack:

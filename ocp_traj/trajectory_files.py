@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import stat
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -13,17 +12,24 @@ from typing import Any
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.case import task_to_json
 from ocp_traj.exceptions import InputError
-from ocp_traj.files import write_atomically
+from ocp_traj.files import read_regular, write_atomically
 from ocp_traj.spline.hermite import hermite_pieces
+from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
 SCHEMA = 1
-MAX_ROWS = 5_000_000
+MAX_ROWS = 1_000_000
+"""Largest number of samples of a CSV file."""
+
+MAX_NUMBERS = 10_000_000
+"""Largest number of numbers of a CSV file that is read."""
+
 MAX_DEGREE = 30
-_MAX_BYTES = 2**30
+_MAX_BYTES = 2**29
 _NEAR = 1e-9
-_SAME = 1e-6
+COLUMN_AGREEMENT = 1e-6
 
 Torques = Callable[[Array, Array, Array], Array]
 """(q, v, a), each (N, n), to torques (N, n), N m; for instance `Robot.torque`."""
@@ -100,9 +106,14 @@ def _array(data: Mapping[str, Any], key: str, dimensions: int, file: str) -> Arr
     return array.astype(np.float64)
 
 
-def write_json(path: str | os.PathLike[str], trajectory: Trajectory) -> None:
-    """Write the exact curve."""
-    _write(Path(path), json.dumps(to_json(trajectory), allow_nan=False) + "\n")
+def write_json(
+    path: str | os.PathLike[str], trajectory: Trajectory, task: TrajectoryTask | None = None
+) -> None:
+    """Write the exact curve, and the task that travels with it."""
+    data = to_json(trajectory)
+    if task is not None:
+        data["task"] = task_to_json(task)
+    _write(Path(path), json.dumps(data, allow_nan=False) + "\n")
 
 
 def read_json(path: str | os.PathLike[str]) -> Trajectory:
@@ -136,7 +147,7 @@ def sample_times(trajectory: Trajectory, rate: float) -> Array:
     Raises
     ------
     InputError
-        The rate is not positive or gives more than 5 million samples.
+        The rate is not positive or gives more than a million samples.
     """
     if not (math.isfinite(rate) and rate > 0):
         raise InputError(f"rate is {rate}, expected a positive number of samples a second")
@@ -150,7 +161,11 @@ def sample_times(trajectory: Trajectory, rate: float) -> Array:
 
 
 def write_csv(
-    path: str | os.PathLike[str], trajectory: Trajectory, rate: float = 1000.0, torques: Torques | None = None
+    path: str | os.PathLike[str],
+    trajectory: Trajectory,
+    rate: float = 1000.0,
+    torques: Torques | None = None,
+    task: TrajectoryTask | None = None,
 ) -> None:
     """Write samples ``t,q1..,v1..,a1..,j1..[,tau1..]`` in SI with 17 digits, and the exact curve beside them.
 
@@ -163,6 +178,8 @@ def write_csv(
         Samples a second.
     torques : callable, optional
         (q, v, a), each (N, n), to torques (N, n), for instance `Robot.torque`.
+    task : TrajectoryTask, optional
+        The task that travels with the exact curve.
 
     Raises
     ------
@@ -179,7 +196,7 @@ def write_csv(
     rows = np.column_stack([times, *states])
     lines = [header] + [",".join(format(value, ".17g") for value in row) for row in rows.tolist()]
     _write(Path(path), "\n".join(lines) + "\n")
-    write_json(spline_path(path), trajectory)
+    write_json(spline_path(path), trajectory, task)
 
 
 def read_csv(path: str | os.PathLike[str]) -> Trajectory:
@@ -200,7 +217,7 @@ def read_csv(path: str | os.PathLike[str]) -> Trajectory:
     ------
     InputError
         The file cannot be read, a column is missing, a number is none, the times do not increase, or the
-        exact curve beside it is another motion.
+        exact curve beside it is another motion: its positions, velocities, accelerations or jerks differ.
     """
     columns = _read_columns(Path(path))
     times = columns["t"][:, 0]
@@ -212,26 +229,56 @@ def read_csv(path: str | os.PathLike[str]) -> Trajectory:
     start, end = trajectory.breakpoints[[0, -1]]
     if trajectory.n != columns["q"].shape[1]:
         raise InputError(f"{exact}: has {trajectory.n} joints, but {path} has {columns['q'].shape[1]}")
-    span_differs = abs(times[0] - start) > _SAME * (end - start) or abs(times[-1] - end) > _SAME * (
-        end - start
-    )
-    apart = np.abs(trajectory(times) - columns["q"]) > _SAME * (1 + np.abs(columns["q"]))
+    allowed = COLUMN_AGREEMENT * (end - start)
+    span_differs = max(abs(times[0] - start), abs(times[-1] - end)) > allowed
+    apart = np.abs(trajectory(times) - columns["q"]) > COLUMN_AGREEMENT * (1 + np.abs(columns["q"]))
     if span_differs or apart.any():
         raise InputError(f"{exact}: is another motion than {path}; remove the one that is out of date")
+    _check_derivatives(trajectory, columns, Path(path), exact)
     return trajectory
 
 
+def _check_derivatives(trajectory: Trajectory, columns: dict[str, Array], path: Path, exact: Path) -> None:
+    """Hold the columns v, a and, where there is one, j against the exact curve.
+
+    At a breakpoint the value of either piece will do.
+    """
+    times = columns["t"][:, 0]
+    hair = _NEAR * trajectory.duration
+    for order, key in enumerate("vaj", start=1):
+        if key not in columns:
+            continue
+        given, expected = columns[key], trajectory(times, order)
+        allowed = COLUMN_AGREEMENT * (1.0 + np.abs(expected).max(axis=0))
+        apart = np.min([np.abs(given - trajectory(times + shift, order)) for shift in (-hair, 0.0, hair)], axis=0)
+        wrong = np.argwhere(apart > allowed)
+        if wrong.size:
+            row, joint = wrong[0]
+            raise InputError(
+                f"{path}: row {row + 1}: {key}{joint + 1} is {given[row, joint]:.9g}, but {exact.name} has "
+                f"{expected[row, joint]:.9g} there; remove the one that is out of date"
+            )
+
+
 def _read_columns(path: Path) -> dict[str, Array]:
-    """Return the columns t, q, v, a of a CSV file, each (N, .)."""
+    """Return the columns t, q, v, a, and j where there are all of them, of a CSV file, each (N, .)."""
     header, _, body = _read(path).partition("\n")
     names = [name.strip() for name in header.strip().lstrip("\ufeff").split(",")]
     n = sum(name[:1] == "q" and name[1:].isdigit() for name in names)
     if n == 0 or "t" not in names:
         raise InputError(f"{path}: header: {header.strip()[:80]!r} given, expected t,q1,...,v1,...,a1,...")
     wanted = {key: [f"{key}{joint + 1}" for joint in range(n)] for key in "qva"} | {"t": ["t"]}
+    jerks = [f"j{joint + 1}" for joint in range(n)]
+    if all(name in names for name in jerks):
+        wanted["j"] = jerks
     missing = [name for group in wanted.values() for name in group if name not in names]
     if missing:
         raise InputError(f"{path}: header: column {missing[0]} is missing")
+    if body.count("\n") > min(MAX_ROWS + 1, MAX_NUMBERS // len(names)):
+        raise InputError(
+            f"{path}: has more than {min(MAX_ROWS, MAX_NUMBERS // len(names))} rows of {len(names)} numbers, "
+            "expected fewer: sample it more coarsely"
+        )
     rows = [line.split(",") for line in body.splitlines() if line.strip()]
     if len(rows) < 2:
         raise InputError(f"{path}: {len(rows)} rows given, expected at least 2")
@@ -256,12 +303,7 @@ def _read(path: Path) -> str:
     if "\0" in str(path):
         raise InputError(f"{str(path)!r} is no path, it holds a null character")
     try:
-        found = path.stat()
-        if not (stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode)):
-            raise InputError(f"{path}: is not a regular file")  # a device may never end, a pipe never begin
-        if found.st_size > _MAX_BYTES:
-            raise InputError(f"{path}: is larger than {_MAX_BYTES} bytes")
-        return path.read_text(encoding="utf-8")
+        return read_regular(path, _MAX_BYTES).decode("utf-8")
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:

@@ -67,7 +67,7 @@ def test_arrays_are_copied_and_read_only() -> None:
         ([0.0, 1.0], np.full((1, 1, 4), np.inf), [0.0, 1.0], "finite"),
         ([0.0, 0.0], np.zeros((1, 1, 4)), [0.0, 1.0], "increase strictly"),
         ([0.0, 1.0], np.zeros((1, 1, 4)), [0.0], "at least two finite numbers"),
-        ([0.0, 1.0], np.zeros((1, 1, 4)), [0.0, 0.0, 1.0], "at least two finite numbers"),
+        ([0.0, 1.0], np.zeros((1, 1, 4)), [0.0, 0.6, 0.5, 1.0], "that do not decrease"),
         ([0.0, 1.0], np.zeros((1, 1, 4)), [0.0, np.nan], "at least two finite numbers"),
         ([0.0, 1.0], np.zeros((1, 1, 4)), [0.0, 0.5], "run from 0 to 0.5 s, expected its span, 0 to 1 s"),
     ],

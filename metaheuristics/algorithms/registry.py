@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from typing import Any, NamedTuple
 
 from metaheuristics.algorithms.covariance_matrix_adaptation import CovarianceMatrixAdaptation
@@ -93,5 +94,7 @@ def make_optimizer(name: str, **settings: Any) -> Optimizer[Any]:
     known = method.kind.__dataclass_fields__
     for key in settings:
         if key not in known:
-            raise ValueError(f"The optimiser {name!r} has no setting {key!r}, it has {', '.join(known)}.")
+            near = difflib.get_close_matches(key, known, n=1)
+            hint = f" Did you mean {near[0]!r}?" if near else ""
+            raise ValueError(f"The optimiser {name!r} has no setting {key!r}, it has {', '.join(known)}.{hint}")
     return method.kind(**{**method.settings, **settings})

@@ -11,11 +11,11 @@ from collections.abc import Callable
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.audit import chebyshev
 from ocp_traj.audit.custom import numeric_function
 from ocp_traj.audit.measures import integral, integrate_measure
 from ocp_traj.audit.motion import Motion
-from ocp_traj.audit.polynomials import roots_in_unit_interval
+from ocp_traj.audit.numerics import chebyshev
+from ocp_traj.audit.numerics.polynomials import roots_in_unit_interval
 from ocp_traj.audit.torque import TorqueCurve, torque_curve
 from ocp_traj.exceptions import InputError
 from ocp_traj.task import CustomObjective, TrajectoryTask

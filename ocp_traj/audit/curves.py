@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.audit import chebyshev
 from ocp_traj.audit.custom import numeric_function
 from ocp_traj.audit.kinematics import range_ratios
 from ocp_traj.audit.motion import Motion
+from ocp_traj.audit.numerics import chebyshev
 from ocp_traj.audit.torque import segments, torques_at
 from ocp_traj.audit.verdict import Extremum
 from ocp_traj.exceptions import InputError
@@ -82,6 +82,7 @@ def _squared_speed(robot: Robot, motion: Motion, frame: str, limit: float) -> ch
         np.zeros(count),
         np.ones(count),
         lambda largest: np.maximum(allowed, _ROUNDING * largest.max()),
+        motion_degree=motion.trajectory.degree,
     )
     seconds = (places.right - places.left) * motion.durations[places.pieces]
     rates = chebyshev.differentiate(places.coefficients) * (2.0 / seconds)[:, None, None]
@@ -97,17 +98,20 @@ def _squared_speed(robot: Robot, motion: Motion, frame: str, limit: float) -> ch
         places.left,
         places.right,
         lambda largest: np.maximum(_TOLERANCE * np.minimum(largest, limit**2), _JUMP_ROUNDING * largest),
+        motion_degree=motion.trajectory.degree,
     )
 
 
-def constraint_peaks(task: TrajectoryTask, motion: Motion) -> tuple[list[Extremum], list[str]]:
+def constraint_peaks(
+    task: TrajectoryTask, motion: Motion, most: int | None = None
+) -> tuple[list[Extremum], list[str]]:
     """Return the largest ratio of each of the task's own constraints, and a sentence for each not resolved.
 
-    The ratio is 1 + excess / scale.
+    The ratio is 1 + excess / scale; `most` bounds the number of segments.
     """
     peaks, findings = [], []
     for constraint in task.constraints:
-        peak, resolved = _constraint_peak(task, motion, constraint)
+        peak, resolved = _constraint_peak(task, motion, constraint, most)
         peaks.append(peak)
         if not resolved:
             findings.append(f"constraint {constraint.name}: could not be resolved between samples")
@@ -115,7 +119,7 @@ def constraint_peaks(task: TrajectoryTask, motion: Motion) -> tuple[list[Extremu
 
 
 def _constraint_peak(
-    task: TrajectoryTask, motion: Motion, constraint: CustomConstraint
+    task: TrajectoryTask, motion: Motion, constraint: CustomConstraint, most: int | None
 ) -> tuple[Extremum, bool]:
     function = numeric_function(constraint.function, task.n)
     scale = _scale(constraint)
@@ -130,16 +134,16 @@ def _constraint_peak(
         left,
         right,
         lambda largest: np.maximum(_TOLERANCE * scale, _JUMP_ROUNDING * largest),
+        most,
+        motion.trajectory.degree,
     )
     size = curve.coefficients.shape[1]
     flat = curve.coefficients.reshape(-1, chebyshev.DEGREE + 1)
-    row, theta = chebyshev.critical_points(flat)
-    values = chebyshev.evaluate(flat[row], theta)
-    try:
-        lower = np.broadcast_to(np.asarray(constraint.lower, dtype=np.float64), (size,))[row % size]
-        upper = np.broadcast_to(np.asarray(constraint.upper, dtype=np.float64), (size,))[row % size]
-    except ValueError:
-        raise InputError(f"constraint {constraint.name}: has {size} values, its bounds do not fit") from None
+    lower, upper = _bounds(constraint, size, len(flat))
+    chosen = _rows_to_refine(flat, lower, upper, scale)
+    row, theta = chebyshev.critical_points(flat[chosen])
+    row = chosen[row]
+    values, lower, upper = chebyshev.evaluate(flat[row], theta), lower[row], upper[row]
     ratios = range_ratios(values, lower, upper, np.full_like(values, scale))
     best = int(np.argmax(ratios))
     nearer_upper = values[best] - upper[best] >= lower[best] - values[best]
@@ -153,6 +157,29 @@ def _constraint_peak(
         **_place(motion, curve, row[best : best + 1] // size, theta[best : best + 1]),
     )
     return peak, curve.resolved
+
+
+def _bounds(constraint: CustomConstraint, size: int, rows: int) -> tuple[Array, Array]:
+    """Return the bounds of every row; the values of one segment follow one another."""
+    try:
+        lower, upper = (
+            np.broadcast_to(np.asarray(bound, dtype=np.float64), (size,))
+            for bound in (constraint.lower, constraint.upper)
+        )
+    except ValueError:
+        raise InputError(f"constraint {constraint.name}: has {size} values, its bounds do not fit") from None
+    value = np.arange(rows) % size
+    return lower[value], upper[value]
+
+
+def _rows_to_refine(series: Array, lower: Array, upper: Array, scale: float) -> chebyshev.Pieces:
+    """Return the rows that may hold the largest ratio: bounds of the others are below a value seen."""
+    low, high, lower_bound, upper_bound = (
+        range_ratios(values, lower, upper, np.full_like(values, scale))
+        for values in chebyshev.enclosures(series)
+    )
+    seen = np.maximum(low, high).max()
+    return np.flatnonzero(np.maximum(lower_bound, upper_bound) >= seen)
 
 
 def _scale(constraint: CustomConstraint) -> float:

@@ -8,9 +8,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocp_traj.audit.conditions import boundary_miss, duration_findings, waypoint_miss
+from ocp_traj.audit.conditions import (
+    boundary_miss,
+    duration_findings,
+    free_end_notes,
+    moments_findings,
+    waypoint_miss,
+)
 from ocp_traj.audit.curves import constraint_peaks, speed_peaks
-from ocp_traj.audit.kinematics import jumps, kinematic_peaks
+from ocp_traj.audit.kinematics import changes_of, jump_peaks, kinematic_peaks
 from ocp_traj.audit.measures import further_peaks
 from ocp_traj.audit.motion import Motion
 from ocp_traj.audit.scale import smallest_scale
@@ -20,8 +26,10 @@ from ocp_traj.audit.waypoints import with_waypoint_times
 from ocp_traj.exceptions import InputError
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
+from ocp_traj.trajectory_files import MAX_DEGREE
 
 _UNRESOLVED = 1e-7
+_TIMES_NOTED = 8
 
 
 def audit(task: TrajectoryTask, trajectory: Trajectory) -> Verdict:
@@ -41,16 +49,21 @@ def audit(task: TrajectoryTask, trajectory: Trajectory) -> Verdict:
     Raises
     ------
     InputError
-        The motion has another number of joints or waypoints than the task.
+        The motion has another number of joints or waypoints than the task, or pieces of a degree above 30.
     """
     if trajectory.n != task.n:
         raise InputError(f"the trajectory has {trajectory.n} joints, expected {task.n}")
+    if trajectory.degree > MAX_DEGREE:
+        raise InputError(f"the trajectory has degree {trajectory.degree}, expected at most {MAX_DEGREE}")
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        return _judge(task, Motion.of(with_waypoint_times(task, trajectory)))
+        motion = Motion.of(with_waypoint_times(task, trajectory))
+        named = len(trajectory.waypoint_times) == len(task.waypoints)
+        return _judge(task, motion, [] if named else [_times_note(motion)])
 
 
-def _judge(task: TrajectoryTask, motion: Motion) -> Verdict:
-    peaks = kinematic_peaks(task, motion) + jumps(task, motion)
+def _judge(task: TrajectoryTask, motion: Motion, notes: list[str]) -> Verdict:
+    changes = changes_of(task, motion)
+    peaks = kinematic_peaks(task, motion, changes) + jump_peaks(task, motion, changes)
     torques, findings = None, _out_of_range(motion)
     if task.limited("torque") or task.limited("torque_rate"):
         torques = torque_curve(task, motion)
@@ -63,7 +76,7 @@ def _judge(task: TrajectoryTask, motion: Motion) -> Verdict:
         findings += more_findings
     waypoint_error, waypoint_findings = waypoint_miss(task, motion)
     boundary_error, boundary_findings = boundary_miss(task, motion)
-    findings += waypoint_findings + boundary_findings
+    findings += waypoint_findings + boundary_findings + moments_findings(task, motion)
     late = duration_findings(task, motion)
     broken = [peak for peak in peaks if peak.broken]
     limits = _largest(peaks)
@@ -76,10 +89,22 @@ def _judge(task: TrajectoryTask, motion: Motion) -> Verdict:
         peaks=tuple(peaks),
         waypoint_error=waypoint_error,
         boundary_error=boundary_error,
-        smallest_feasible_scale=None if findings else smallest_scale(task, motion, peaks, torques, feasible),
+        smallest_feasible_scale=None
+        if findings
+        else smallest_scale(task, motion, peaks, torques, feasible, changes.slowing),
         findings=tuple([str(peak) for peak in broken] + findings + late),
         torque_bound=0.0 if torques is None else relative_bound(task, torques),
         case=task.name,
+        notes=tuple(notes + free_end_notes(task, motion)),
+    )
+
+
+def _times_note(motion: Motion) -> str:
+    times = ", ".join(f"{time:.6g}" for time in motion.trajectory.waypoint_times[1:-1][:_TIMES_NOTED])
+    return (
+        "the trajectory does not name the times at which it passes the waypoints; they were taken where it comes "
+        f"nearest ({times}{', ...' if len(motion.trajectory.waypoint_times) - 2 > _TIMES_NOTED else ''} s), "
+        "and other times may keep limits of gaps or tolerances that these do not"
     )
 
 
@@ -98,10 +123,8 @@ def _largest(peaks: list[Extremum]) -> dict[str, Extremum]:
 
 def _out_of_range(motion: Motion) -> list[str]:
     """Return a sentence when some derivative of the motion is too large for floating-point numbers."""
-    finite = (
-        all(np.isfinite(values).all() for values in motion.extrema) and np.isfinite(motion.noise(3)).all()
-    )
-    return [] if finite else ["motion: its derivatives are too large to be judged in floating-point numbers"]
+    sentence = "motion: its derivatives are too large to be judged in floating-point numbers"
+    return [] if motion.is_in_range else [sentence]
 
 
 def _unresolved(task: TrajectoryTask, torques: TorqueCurve) -> list[str]:

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ocp_traj.arrays import Array
+from ocp_traj.audit.allowances import (
+    AFTER_JUMP,
+    fractions_of,
+    limited_knots,
+    measures,
+    smaller_side,
+)
 from ocp_traj.audit.motion import Motion
-from ocp_traj.audit.verdict import RATIO_TOLERANCE, WAYPOINT_TOLERANCE, Extremum
-from ocp_traj.quantities import DERIVATIVES, JOINT_LIMITS
+from ocp_traj.audit.tolerances import JUMPS, POSITION_JUMPS, RATIO_TOLERANCE
+from ocp_traj.audit.verdict import Extremum
+from ocp_traj.quantities import DERIVATIVES
 from ocp_traj.task import TrajectoryTask
-
-_AFTER_JUMP = {
-    order: tuple(name for name, row in JOINT_LIMITS.items() if row.order > order) for order in range(3)
-}
-"""What is infinite where a derivative of this order jumps."""
 
 
 def side_ratios(values: Array, lower: Array, upper: Array, noise: Array | float = 0.0) -> Array:
@@ -60,20 +65,33 @@ def position_width(task: TrajectoryTask) -> Array:
     return np.where(np.isfinite(width), width, reach)
 
 
-def kinematic_peaks(task: TrajectoryTask, motion: Motion) -> list[Extremum]:
-    """Return the largest ratio of every limited joint and kinematic limit."""
+def kinematic_ratios(task: TrajectoryTask, motion: Motion, order: int) -> Array:
+    """Return the ratios of one quantity at the candidates of its extrema, (m, n, C)."""
+    limits = task.limits.get(DERIVATIVES[order])[motion.gaps]
+    lower, upper = limits[:, 0, :, None], limits[:, 1, :, None]
+    values = motion.extrema[order]
+    if order > 0:
+        return side_ratios(values, lower, upper)
+    width = position_width(task)[motion.gaps][:, 0, :, None]
+    narrow = np.where(RATIO_TOLERANCE * width < POSITION_JUMPS, POSITION_JUMPS, 0.0)
+    return range_ratios(values, lower, upper, width, narrow)
+
+
+def kinematic_peaks(task: TrajectoryTask, motion: Motion, changes: Changes) -> list[Extremum]:
+    """Return the largest ratio of every limited joint and kinematic limit.
+
+    Pieces whose excess is too short to matter count as at their limit, and as still where it is 0.
+    """
     peaks: list[Extremum] = []
     for order, name in enumerate(DERIVATIVES):
         if not task.limited(name):
             continue
         limits = task.limits.get(name)[motion.gaps]
-        lower, upper = limits[:, 0, :, None], limits[:, 1, :, None]
-        values, noise = motion.extrema[order], motion.noise(order)[:, :, None]
-        if order == 0:
-            width = position_width(task)[motion.gaps][:, 0, :, None]
-            ratios = range_ratios(values, lower, upper, width, noise)
-        else:
-            ratios = side_ratios(values, lower, upper, noise)
+        values, ratios = motion.extrema[order], kinematic_ratios(task, motion, order)
+        if order > 0:
+            limit = _side_limits(values, limits)
+            kept = np.where(limit == 0, 0.0, np.minimum(ratios, 1.0))
+            ratios = np.where(changes.forgiven[order - 1][:, :, None], kept, ratios)
         for joint in np.flatnonzero(np.isfinite(limits).any(axis=(0, 1))):
             piece, point = np.unravel_index(int(np.argmax(ratios[:, joint])), ratios[:, joint].shape)
             value = float(values[piece, joint, point])
@@ -101,69 +119,126 @@ def _bound(value: float, limits: Array, centred: bool) -> float:
     return float(upper if above else lower)
 
 
-def jumps(task: TrajectoryTask, motion: Motion) -> list[Extremum]:
-    """Return an infinite ratio for everything that a jump between pieces makes infinite.
+@dataclass(frozen=True)
+class Changes:
+    """How much position, velocity and acceleration change in no time, or faster than their derivative's limit.
 
-    A position may jump by 1e-8 (at most 1e-6 of the motion's travel), velocity and acceleration by 1e-6 of
-    their limit, or of the motion's largest value without one, always plus what rounding can make. A jump of a
-    position is always wrong; one of the velocity where acceleration, jerk, torque or torque rate are limited;
-    one of the acceleration where jerk or torque rate are.
+    Attributes
+    ----------
+    steps : tuple of 3 (m - 1, n) arrays
+        Jumps between pieces, SI.
+    fractions : tuple of 3 (m - 1, n) arrays
+        The same as fractions of the limit, rad or m for positions; 0 where nothing limited follows.
+    jumps : (3, n) array
+        Sums of `fractions` over the motion.
+    totals : (3, n) array
+        The same with what pieces above a limit of the next derivative change beyond it: excess times duration.
+    forgiven : tuple of 3 (m, n) bool arrays
+        Pieces above a limit of velocity, acceleration, jerk by no more than rounding the positions can make, or
+        above a limit of 0, where the changes, summed over the motion with all jumps, are within the allowance.
+    """
+
+    steps: tuple[Array, ...]
+    fractions: tuple[Array, ...]
+    jumps: Array
+    totals: Array
+    forgiven: tuple[NDArray[np.bool_], ...]
+
+    @property
+    def slowing(self) -> float:
+        """Smallest slowing, at most 1, that keeps the sums within their allowances."""
+        with np.errstate(invalid="ignore"):
+            needed = (self.totals / np.array(JUMPS)[:, None])[1:] ** np.array([[1.0], [0.5]])
+        return float(min(needed.max(), 1.0))
+
+
+def changes_of(task: TrajectoryTask, motion: Motion) -> Changes:
+    """Return what a motion changes in no time or beyond what limits let it, added up for every joint."""
+    steps, parts, forgiven = [], [], []
+    jumps, totals = np.zeros((len(JUMPS), motion.n)), np.zeros((len(JUMPS), motion.n))
+    for order, allowed in enumerate(JUMPS):
+        measure = measures(task, motion, order)
+        step = motion.steps(order)
+        counted = limited_knots(task, motion, AFTER_JUMP[order]) if order else np.ones(step.shape, dtype=bool)
+        part = fractions_of(np.where(counted, step, 0.0), np.minimum(measure[1:], measure[:-1]))
+        excess, still = _excess(task, motion, order + 1)
+        jumps[order] = part.sum(axis=0)
+        beyond = fractions_of(excess * motion.durations[:, None], measure).sum(axis=0)
+        totals[order] = jumps[order] + beyond
+        steps.append(step)
+        parts.append(part)
+        rounded = still | (excess <= motion.noise(order + 1))
+        forgiven.append((excess > 0) & rounded & (totals[order] <= allowed))
+    return Changes(tuple(steps), tuple(parts), jumps, totals, tuple(forgiven))
+
+
+def _side_limits(values: Array, limits: Array) -> Array:
+    """Return the limit on the side of each value (m, n, C), as a magnitude; limits are (m, 2, n)."""
+    return np.where(values >= 0, limits[:, 1, :, None], -limits[:, 0, :, None])
+
+
+def _excess(task: TrajectoryTask, motion: Motion, order: int) -> tuple[Array, NDArray[np.bool_]]:
+    """Return by how much each piece exceeds the limit of a derivative, SI, and where that limit is 0, each (m, n).
+
+    Up to 1 + 1e-6 of a limit is no excess.
+    """
+    if not task.limited(DERIVATIVES[order]):
+        shape = len(motion.starts), motion.n
+        return np.zeros(shape), np.zeros(shape, dtype=bool)
+    values, ratios = motion.extrema[order], kinematic_ratios(task, motion, order)
+    limit = _side_limits(values, task.limits.get(DERIVATIVES[order])[motion.gaps])
+    broken = ~(ratios <= 1.0 + RATIO_TOLERANCE)
+    over = np.where(broken, np.abs(values) - limit, 0.0)
+    return np.where(np.isnan(over), np.inf, over).max(axis=2), ~(broken & (limit != 0)).any(axis=2)
+
+
+def jump_peaks(task: TrajectoryTask, motion: Motion, changes: Changes) -> list[Extremum]:
+    """Return an infinite ratio for everything that jumps between pieces make infinite.
+
+    A jump of a position is always wrong; one of the velocity where acceleration, jerk, torque or torque rate are
+    limited; one of the acceleration where jerk or torque rate are. All jumps of a joint count together.
     """
     found: list[Extremum] = []
-    for order, names in _AFTER_JUMP.items():
-        first, last = motion.ends(order)
-        step = np.abs(first[1:] - last[:-1])
-        noise = motion.noise(order)
-        jumping = step > _jump_allowance(task, motion, order) + noise[1:] + noise[:-1]
-        if jumping.any():
-            for name in names:
-                found.extend(_infinite(task, motion, (order, name), step, jumping))
+    for order, allowed in enumerate(JUMPS):
+        jumping = ~(changes.jumps[order] <= allowed)
+        if not jumping.any():
+            continue
+        for name in AFTER_JUMP[order]:
+            limited = limited_knots(task, motion, (name,))
+            if order == 0 and name == "velocity":
+                limited = np.ones_like(limited)
+            share = np.where(limited, changes.fractions[order], 0.0)
+            large = ~(share.sum(axis=0) < changes.jumps[order] / len(AFTER_JUMP[order]))
+            for joint in np.flatnonzero(jumping & large):
+                found.append(_infinite(task, motion, changes, (order, name), (int(joint), share[:, joint])))
     return found
-
-
-def _jump_allowance(task: TrajectoryTask, motion: Motion, order: int) -> Array:
-    if order == 0:
-        return np.full(
-            (len(motion.starts) - 1, motion.n), min(WAYPOINT_TOLERANCE, RATIO_TOLERANCE * motion.travel)
-        )
-    smallest = np.abs(task.limits.get(DERIVATIVES[order])).min(axis=1)[motion.gaps]
-    limit = np.minimum(smallest[1:], smallest[:-1])
-    reference = np.where(np.isfinite(limit) & (limit > 0), limit, motion.largest[order].max())
-    return RATIO_TOLERANCE * reference
 
 
 def _infinite(
     task: TrajectoryTask,
     motion: Motion,
+    changes: Changes,
     order_and_name: tuple[int, str],
-    step: Array,
-    jumping: NDArray[np.bool_],
-) -> list[Extremum]:
-    """Return the largest jump of each joint (steps (m - 1, n)) that breaks a limit on either side of it.
-
-    Torques couple the joints: a jump of any joint breaks the torque limit of any other.
-    """
+    joint_and_share: tuple[int, Array],
+) -> Extremum:
+    """Return the extremum at a joint's largest jump; the joint blamed is one that has the limit."""
     order, name = order_and_name
-    smallest = np.abs(task.limits.get(name)).min(axis=1)[motion.gaps]
-    limit = np.minimum(smallest[1:], smallest[:-1])
-    limited = np.isfinite(limit)
-    if order == 0 and name == "velocity":
-        limited = np.ones_like(limited)
-    coupled = limited.any(axis=1, keepdims=True) if name.startswith("torque") else limited
-    found = []
-    for joint in np.flatnonzero((jumping & coupled).any(axis=0)):
-        index = int(np.argmax(np.where(jumping & coupled, step, -1.0)[:, joint]))
-        blamed = int(joint) if limited[index, joint] else int(np.argmax(limited[index]))
-        found.append(
-            Extremum(
-                limit=name,
-                joint=blamed,
-                time=float(motion.starts[index + 1]),
-                ratio=np.inf,
-                gap=int(motion.gaps[index + 1]),
-                value=np.inf,
-                bound=float(limit[index, blamed]),
-                note=f"the {DERIVATIVES[order]} of joint {joint + 1} jumps by {step[index, joint]:.6g}",
-            )
-        )
-    return found
+    joint, share = joint_and_share
+    smallest = smaller_side(task, motion, name)
+    index = int(np.argmax(share))
+    limit = np.minimum(smallest[1:], smallest[:-1])[index]
+    blamed = joint if np.isfinite(limit[joint]) or np.isinf(limit).all() else int(np.argmin(np.isinf(limit)))
+    steps = changes.steps[order][:, joint]
+    note = f"the {DERIVATIVES[order]} of joint {joint + 1} jumps by {steps[index]:.6g}"
+    if share[index] <= JUMPS[order]:
+        note += f" and, all jumps together, by {steps[share > 0].sum():.6g}"
+    return Extremum(
+        limit=name,
+        joint=blamed,
+        time=float(motion.starts[index + 1]),
+        ratio=np.inf,
+        gap=int(motion.gaps[index + 1]),
+        value=np.inf,
+        bound=float(limit[blamed]),
+        note=note,
+    )

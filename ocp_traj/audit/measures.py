@@ -10,8 +10,8 @@ from collections.abc import Callable
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.audit import chebyshev
 from ocp_traj.audit.motion import Motion
+from ocp_traj.audit.numerics import chebyshev
 from ocp_traj.audit.torque import JointCurve, joint_peaks, segments, smallest_limit, torques_at
 from ocp_traj.audit.verdict import Extremum
 from ocp_traj.exceptions import InputError
@@ -78,7 +78,10 @@ def integral(
         return values.reshape(*x.shape, -1).sum(axis=2, keepdims=True)
 
     pieces, left, right = segments(task, motion)
-    curve = chebyshev.fit(integrand, pieces, left, right, lambda largest: _INTEGRAL_TOLERANCE * largest)
+    degree = motion.trajectory.degree
+    curve = chebyshev.fit(
+        integrand, pieces, left, right, lambda largest: _INTEGRAL_TOLERANCE * largest, motion_degree=degree
+    )
     seconds = (curve.right - curve.left) * motion.durations[curve.pieces]
     return float((chebyshev.integrals(curve.coefficients[:, 0]) * 0.5 * seconds).sum())
 
@@ -98,4 +101,5 @@ def _curve(task: TrajectoryTask, motion: Motion, measure: Measure, smallest: Arr
         values,
         *segments(task, motion),
         lambda largest: np.maximum(_TOLERANCE * np.minimum(largest, smallest), _ROUNDING * largest),
+        motion_degree=motion.trajectory.degree,
     )

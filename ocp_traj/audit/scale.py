@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.audit import chebyshev
 from ocp_traj.audit.conditions import scale_bounds
 from ocp_traj.audit.curves import constraint_peaks
 from ocp_traj.audit.measures import further_peaks
 from ocp_traj.audit.motion import Motion
-from ocp_traj.audit.polynomials import evaluate, roots_in_unit_interval
+from ocp_traj.audit.numerics import chebyshev
+from ocp_traj.audit.numerics.polynomials import evaluate, roots_in_unit_interval
 from ocp_traj.audit.torque import TorqueCurve, torque_curve
 from ocp_traj.audit.verdict import Extremum
 from ocp_traj.quantities import KINEMATIC_POWERS
@@ -22,6 +22,8 @@ _TOLERANCE = 1e-10
 _NODE_BASIS = np.cos(
     np.pi / chebyshev.DEGREE * np.outer(np.arange(chebyshev.DEGREE + 1), np.arange(chebyshev.DEGREE + 1))
 )
+_ROOTS_AT_ONCE = 64
+_SEGMENTS_ASKED = 1000
 _SLOWEST_START = 1e-6
 _SLOWEST = 1e6
 
@@ -32,6 +34,7 @@ def smallest_scale(
     peaks: list[Extremum],
     torques: TorqueCurve | None,
     feasible: bool,
+    smallest: float = 0.0,
 ) -> float | None:
     """Return the smallest s for which the motion run s times slower keeps every limit, or None.
 
@@ -50,6 +53,8 @@ def smallest_scale(
         None when neither torque nor torque rate is limited.
     feasible : bool
         The verdict at s = 1: it decides for motions that do not start and end at rest.
+    smallest : float
+        Slowing below which jumps of rounding's size are too large.
     """
     if not task.boundary.is_rest:
         return 1.0 if feasible else None
@@ -60,7 +65,7 @@ def smallest_scale(
     needed = [
         peak.ratio ** (1.0 / KINEMATIC_POWERS[peak.limit]) for peak in peaks if peak.limit in KINEMATIC_POWERS
     ]
-    least = max([least, *needed])
+    least = max([least, smallest, *needed])
     scale: float | None = least
     if torques is not None:
         scale = _with_torques(task, torques, least, most)
@@ -71,19 +76,27 @@ def smallest_scale(
     if not (task.constraints or task.limits.others):
         return scale
     slower = _with_constraints(task, motion, scale, most)
+    if feasible and (slower is None or slower > 1.0):
+        return 1.0
     if slower is None or torques is None or slower == scale:
         return slower
     return slower if _with_torques(task, torques, slower, slower * (1.0 + _TOLERANCE)) is not None else None
 
 
 def _with_constraints(task: TrajectoryTask, motion: Motion, smallest: float, largest: float) -> float | None:
-    """Return a slowing in [smallest, largest] that keeps the user's own constraints, too; the first found."""
+    """Return a slowing in [smallest, largest] that keeps the user's own constraints, too; the first found.
+
+    One at which they vary too fast to be resolved is passed over.
+    """
     from scipy.optimize import brentq  # its package takes longer to load than many a solve
 
     def excess(log_scale: float) -> float:
         slowed = Motion.of(motion.trajectory.scaled(float(np.exp(log_scale))))
-        peaks = further_peaks(task, slowed)[0] + constraint_peaks(task, slowed)[0]
-        return max((peak.ratio for peak in peaks), default=0.0) - 1.0
+        found, unresolved = constraint_peaks(task, slowed, _SEGMENTS_ASKED)
+        further, more_unresolved = further_peaks(task, slowed)
+        unresolved = unresolved + more_unresolved
+        over = max((peak.ratio for peak in found + further), default=0.0) - 1.0
+        return max(over, 1.0) if unresolved else over
 
     low = float(np.log(max(smallest, _SLOWEST_START)))
     if excess(low) <= 0.0:
@@ -123,7 +136,7 @@ def _with_torques(
             return smallest
     scale = smallest
     for _ in range(_MAX_EXCHANGES):
-        x = _largest_allowed(polynomials, fastest, slowest)
+        x = largest_allowed(polynomials, fastest, slowest)
         if x is None:
             return None
         scale = 1.0 / x
@@ -198,13 +211,32 @@ def _always_violated_beyond(polynomials: Array) -> float:
     return float(np.maximum(1.0, others[growing] / leading[growing]).min())
 
 
-def _largest_allowed(polynomials: list[Array], fastest: float, slowest: float) -> float | None:
-    """Return the largest x in [slowest, fastest] where no polynomial is above 0, or None."""
-    intervals = [_broken_intervals(block * fastest ** np.arange(block.shape[1])) for block in polynomials]
-    start, end = (np.concatenate(column) * fastest for column in zip(*intervals, strict=True))
-    x = fastest
-    while (inside := (start < x) & (x <= end)).any():
-        x = float(start[inside].min())
+def largest_allowed(polynomials: list[Array], fastest: float, slowest: float) -> float | None:
+    """Return the largest x in [slowest, fastest] where no polynomial is above 0, or None.
+
+    Going down from the fastest, only polynomials that are above 0 there are asked for their roots, the largest
+    ones first.
+    """
+    width = max(block.shape[1] for block in polynomials)
+    powers = np.arange(width)
+    padded = [np.pad(block, ((0, 0), (0, width - block.shape[1]))) for block in polynomials]
+    scaled = np.concatenate(padded) * fastest**powers
+    size = np.abs(scaled).sum(axis=1)
+    x, settled = 1.0, np.zeros(len(scaled), dtype=bool)
+    while True:
+        values = np.where(settled, 0.0, scaled @ x**powers)
+        above = np.flatnonzero(values > 0)
+        if not above.size:
+            break
+        chosen = above[np.argsort(-values[above] / size[above], kind="stable")[:_ROOTS_AT_ONCE]]
+        start, end = _broken_intervals(scaled[chosen])
+        inside = (start < x) & (x <= end)
+        if inside.any():
+            x = float(start[inside].min())
+            settled[:] = False
+        else:  # x is a root of these: what they have above 0 is rounding
+            settled[chosen] = True
+    x *= fastest
     return x if x > 0 and x >= slowest else None
 
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.audit import chebyshev
 from ocp_traj.audit.kinematics import side_ratios
 from ocp_traj.audit.motion import Motion
+from ocp_traj.audit.numerics import chebyshev
+from ocp_traj.audit.tolerances import POSITION_JUMPS
 from ocp_traj.audit.verdict import Extremum
 from ocp_traj.exceptions import InputError
 from ocp_traj.robot.robot import Robot
@@ -115,15 +116,22 @@ def torque_curve(task: TrajectoryTask, motion: Motion) -> TorqueCurve:
         return np.tile(np.maximum(np.minimum(allowed, rate_allowed), floor), 3)
 
     pieces, left, right = segments(task, motion)
-    curve = chebyshev.fit(_parts(robot, motion), pieces, left, right, tolerance)
+    parts, degree = _parts(robot, motion), motion.trajectory.degree
+    curve = chebyshev.fit(parts, pieces, left, right, tolerance, motion_degree=degree)
     sign = _directions(motion, curve.pieces, 0.5 * (curve.left + curve.right))
     return TorqueCurve(motion, curve, robot.friction.coulomb * sign)
 
 
 def _directions(motion: Motion, pieces: chebyshev.Pieces, x: Array) -> Array:
-    """Return the sign of every velocity at one point of each piece, (S, n); 0 for a joint at rest."""
+    """Return the sign of every velocity at one point of each piece, (S, n); 0 for a joint at rest.
+
+    A joint rests in a piece where it is so slow that at this speed it would go no farther in the whole motion than
+    its position may jump.
+    """
     v = motion.sample(x[:, None], pieces, 1)[:, 0]
-    return np.sign(v) * (np.abs(v) > motion.noise(1)[pieces])
+    moving = np.abs(motion.extrema[1]).max(axis=2) * motion.trajectory.duration > POSITION_JUMPS
+    signs: Array = np.sign(v) * moving[pieces]
+    return signs
 
 
 def torques_at(
@@ -186,9 +194,7 @@ def torque_rate_peaks(task: TrajectoryTask, torques: TorqueCurve) -> list[Extrem
     return joint_peaks(task, torques, torques.rate_coefficients(), "torque_rate")
 
 
-def joint_peaks(
-    task: TrajectoryTask, torques: JointCurve, coefficients: Array, name: str
-) -> list[Extremum]:
+def joint_peaks(task: TrajectoryTask, torques: JointCurve, coefficients: Array, name: str) -> list[Extremum]:
     """Return the largest ratio of every joint to a limit, from series (S, n, .) of the values on a curve."""
     n = torques.n
     flat = coefficients.reshape(-1, coefficients.shape[2])

@@ -6,19 +6,8 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+from ocp_traj.audit.tolerances import RATIO_TOLERANCE
 from ocp_traj.quantities import limited_quantity
-
-RATIO_TOLERANCE = 1e-6
-"""A motion is feasible when every ratio is at most 1 plus this."""
-
-WAYPOINT_TOLERANCE = 1e-8
-"""A waypoint's box may be missed by this, rad or m."""
-
-BOUNDARY_TOLERANCE = 1e-8
-"""A boundary condition may be missed by this part of the limit, or of the motion's largest value."""
-
-DURATION_TOLERANCE = 1e-9
-"""A bound on a duration may be missed by this part of it."""
 
 
 @dataclass(frozen=True)
@@ -125,6 +114,8 @@ class Verdict:
         Bound on the error of the torques, as a part of the limits: what may hide between samples.
     case : str
         Name of the task.
+    notes : tuple of str
+        What the verdict does not cover or had to assume; no note makes a motion infeasible.
     """
 
     feasible: bool
@@ -138,6 +129,7 @@ class Verdict:
     findings: tuple[str, ...] = ()
     torque_bound: float = 0.0
     case: str = ""
+    notes: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return what ``ocp-traj audit --json`` writes; numbers are finite or null, joints count from 1."""
@@ -154,6 +146,7 @@ class Verdict:
             "torque_bound": _finite(self.torque_bound),
             "smallest_feasible_scale": None if scale is None else _finite(scale),
             "findings": list(self.findings),
+            "notes": list(self.notes),
         }
 
     def __str__(self) -> str:
@@ -171,6 +164,7 @@ class Verdict:
         else:
             lines.append(f"  smallest feasible uniform slowing: {self.smallest_feasible_scale:.9g}")
         lines.extend(f"  - {finding}" for finding in self.findings)
+        lines.extend(f"  note: {note}" for note in self.notes)
         return "\n".join(lines)
 
 

@@ -7,10 +7,11 @@ from math import comb
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.audit.motion import Motion
-from ocp_traj.audit.roots import bracketed_root
+from ocp_traj.audit.motion import Motion, nearest_index
+from ocp_traj.audit.numerics.roots import bracketed_root
 from ocp_traj.exceptions import InputError
 from ocp_traj.task import TrajectoryTask
+from ocp_traj.task.preparing import passed_once
 from ocp_traj.trajectory import Trajectory
 
 _SAME_TIME = 1e-9
@@ -23,7 +24,8 @@ def with_waypoint_times(task: TrajectoryTask, trajectory: Trajectory) -> Traject
     """Return the trajectory with one waypoint time for each of the task's waypoints, all of them breakpoints.
 
     A trajectory that names only its start and end (sampled motions do) is searched: among the ordered times
-    where it comes nearest to each waypoint, those with the smallest sum of squared distances are taken.
+    where it comes nearest to each waypoint, those with the smallest sum of squared distances are taken. Equal
+    waypoints that follow one another are one point, passed once, unless the duration of their gap is bounded.
 
     Raises
     ------
@@ -33,19 +35,20 @@ def with_waypoint_times(task: TrajectoryTask, trajectory: Trajectory) -> Traject
     count, named = len(task.waypoints), len(trajectory.waypoint_times)
     if named not in (2, count):
         raise InputError(f"the trajectory passes {named} waypoints, expected {count}")
-    times = trajectory.waypoint_times if named == count else _find(task, trajectory)
+    times = trajectory.waypoint_times if named == count else _find_all(task, trajectory)
     return _with_breakpoints(trajectory, times)
 
 
 def _with_breakpoints(trajectory: Trajectory, times: Array) -> Trajectory:
     """Return the same motion with pieces cut at `times`, which become its waypoint times."""
     breakpoints = trajectory.breakpoints
-    apart = np.abs(breakpoints[:, None] - times).min(axis=0) > _SAME_TIME * trajectory.duration
+    nearest = breakpoints[nearest_index(breakpoints, times)]
+    apart = np.abs(nearest - times) > _SAME_TIME * trajectory.duration
     if not apart.any():
         if np.array_equal(times, trajectory.waypoint_times):
             return trajectory
         return Trajectory(breakpoints, trajectory.coefficients, times, trajectory.family, trajectory.case)
-    merged = np.sort(np.concatenate([breakpoints, times[apart]]))
+    merged = np.unique(np.concatenate([breakpoints, times[apart]]))
     piece = np.clip(np.searchsorted(breakpoints, merged[:-1], side="right") - 1, 0, len(breakpoints) - 2)
     shift = merged[:-1] - breakpoints[piece]
     old = trajectory.coefficients[piece]
@@ -56,8 +59,18 @@ def _with_breakpoints(trajectory: Trajectory, times: Array) -> Trajectory:
     return Trajectory(merged, shifted, times, trajectory.family, trajectory.case)
 
 
-def _find(task: TrajectoryTask, trajectory: Trajectory) -> Array:
+def _find_all(task: TrajectoryTask, trajectory: Trajectory) -> Array:
     """Return the times at which the waypoints are passed, (K,)."""
+    point = np.concatenate([[0], np.cumsum(~passed_once(task))])
+    if point[-1] == 0:  # nothing but rest: all of it is one gap, the last
+        return np.append(np.full(len(point) - 1, trajectory.breakpoints[0]), trajectory.breakpoints[-1])
+    first = np.unique(point, return_index=True)[1]
+    found: Array = _find(task.waypoints[first], trajectory)[point]
+    return found
+
+
+def _find(waypoints: Array, trajectory: Trajectory) -> Array:
+    """Return the times at which waypoints that differ from their neighbours are passed, (K,)."""
     motion = Motion.of(trajectory)
     inner = (
         trajectory.breakpoints[:-1, None] + motion.durations[:, None] * np.arange(_SAMPLES) / _SAMPLES
@@ -67,7 +80,7 @@ def _find(task: TrajectoryTask, trajectory: Trajectory) -> Array:
     best = np.zeros(1)
     found: list[Array] = [grid[:1]]
     previous: list[Array] = []
-    for waypoint in task.waypoints[1:-1]:
+    for waypoint in waypoints[1:-1]:
         candidates = _nearest_times(trajectory, waypoint, grid, positions)
         if not candidates.size:  # where positions are too large for floating-point numbers
             raise InputError(_UNCLEAR)

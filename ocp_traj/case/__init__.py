@@ -7,9 +7,11 @@ from pathlib import Path
 from ocp_traj.case.digest import task_digest
 from ocp_traj.case.loading import case_names, case_title, load_case, load_case_text
 from ocp_traj.case.toml_files import read_toml
+from ocp_traj.case.travelling import carried_task, task_from_json, task_to_json
 from ocp_traj.case.writing import dumps, write_case
 
 __all__ = [
+    "carried_task",
     "case_names",
     "case_template",
     "case_title",
@@ -18,6 +20,8 @@ __all__ = [
     "load_case_text",
     "read_toml",
     "task_digest",
+    "task_from_json",
+    "task_to_json",
     "write_case",
 ]
 

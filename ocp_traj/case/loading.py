@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from ocp_traj.case.reading import task_from_tables
-from ocp_traj.case.section import did_you_mean
 from ocp_traj.case.toml_files import apply_override, parse_toml, read_text
-from ocp_traj.exceptions import CaseError
+from ocp_traj.case.travelling import carried_tables, carried_task
+from ocp_traj.exceptions import CaseError, did_you_mean
 from ocp_traj.task import TrajectoryTask
 
 _PACKAGED = Path(__file__).parent.parent / "cases"
@@ -37,12 +37,12 @@ def case_title(name: str) -> str:
 
 
 def load_case(name_or_path: str | Path, overrides: Sequence[str] = ()) -> TrajectoryTask:
-    """Return the task that a case file states.
+    """Return the task that a case file states, or that a result carries.
 
     Parameters
     ----------
     name_or_path : str or pathlib.Path
-        Name of a packaged case, or path of a case file.
+        Name of a packaged case, path of a case file, or path of a result or an exact curve (``.json``).
     overrides : sequence of str
         ``"key=value"`` with a dotted key of the case and a TOML value, for instance
         ``"spline.virtual_knots=3"``; a bare word is taken as text.
@@ -60,9 +60,36 @@ def load_case(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Trajec
     ((4, 6), 'cubic', 3)
     """
     file = str(name_or_path)
+    if Path(name_or_path).suffix == ".json":
+        task = carried_task(Path(name_or_path), file, overrides)
+        if task is None:
+            raise CaseError(file, "", "carries no task, expected a case file or a result that carries its task")
+        return task
     tables = _tables(name_or_path)
     trusted = [apply_override(tables, override, file) for override in overrides]
     return task_from_tables(tables, file, _path_of(name_or_path).parent, trusted)
+
+
+def limits_named(name_or_path: str | Path, overrides: Sequence[str] = ()) -> set[str]:
+    """Return the names of the limits that a case file gives for all of its gaps.
+
+    Parameters
+    ----------
+    name_or_path, overrides
+        As `load_case`.
+
+    Raises
+    ------
+    CaseError
+        There is no such case, or it is no TOML.
+    """
+    file = str(name_or_path)
+    if Path(name_or_path).suffix == ".json":  # a result carries the limits of its task, those of the robot included
+        return set((carried_tables(Path(name_or_path), file) or {}).get("limits", {}))
+    tables = _tables(name_or_path)
+    for override in overrides:
+        apply_override(tables, override, file)
+    return set(tables.get("limits", {}))
 
 
 def load_case_text(text: str, overrides: Sequence[str] = (), folder: Path | None = None) -> TrajectoryTask:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.case.limits import read_limits
-from ocp_traj.case.robots import MAX_JOINTS, limited_to, read_motor, read_robot
+from ocp_traj.case.robots import MAX_JOINTS, limited_to, read_motor, read_robot, short_way
 from ocp_traj.case.section import Section
 from ocp_traj.case.units import joint_factors
 from ocp_traj.exceptions import CaseError, InputError, TaskError
@@ -95,12 +95,13 @@ def task_from_tables(
 
 def _problem(case: Section, robot: Robot | None, folder: Path, trusted: Collection[str]) -> dict[str, Any]:
     section = case.section("waypoints")
-    section.check_keys(("unit", "joints", "poses", "start", "weights", "tolerance"))
+    section.check_keys(("unit", "joints", "poses", "start", "weights", "tolerance", "continuous"))
     count, n = _size(section, robot)
     limits = read_limits(case.section("limits"), count - 1, n, robot, folder, trusted)
     spline = case.section("spline")
     spline.check_keys(("family", "virtual_knots"))
-    knots = spline.integer("virtual_knots", 0, MAX_VIRTUAL_KNOTS)
+    family = spline.choice("family", tuple(FAMILIES), "cubic")
+    knots = spline.integer("virtual_knots", FAMILIES[family].default_virtual_knots, MAX_VIRTUAL_KNOTS)
     if (count - 1) * (knots + 1) > MAX_SEGMENTS:
         raise spline.error(
             "virtual_knots", f"{knots} in each of {count - 1} gaps make more than {MAX_SEGMENTS} segments"
@@ -109,7 +110,7 @@ def _problem(case: Section, robot: Robot | None, folder: Path, trusted: Collecti
         "waypoints": _waypoints(section, robot, limits, n),
         "tolerance": _tolerance(section, robot, count, n),
         "limits": limits,
-        "family": spline.choice("family", tuple(FAMILIES), "cubic"),
+        "family": family,
         "virtual_knots": knots,
         "boundary": _boundary(case.section("boundary"), n, robot),
         "objective": _objective(case, count - 1, n),
@@ -139,9 +140,7 @@ def _size(section: Section, robot: Robot | None) -> tuple[int, int]:
             raise section.error("poses", f"rows have {width} numbers, expected 7: x, y, z, qx, qy, qz, qw")
         return count, robot.n
     if robot is not None and width != robot.n:
-        raise section.error(
-            "joints", f"rows have {width} numbers, expected {robot.n}, the joints of {robot.name}"
-        )
+        raise section.error("joints", robot.row_problem(width))
     if not 1 <= width <= MAX_JOINTS:
         raise section.error("joints", f"rows have {width} numbers, expected 1 to {MAX_JOINTS}")
     return count, width
@@ -155,6 +154,8 @@ def _waypoints(section: Section, robot: Robot | None, limits: Limits, n: int) ->
         waypoints = section.array("joints") * joint_factors(section, n, robot)
         if np.abs(waypoints).max() > MAX_POSITION:
             raise section.error("joints", f"a coordinate is beyond {MAX_POSITION:g} rad or m")
+        if section.choice("continuous", ("as-given", "short"), "as-given") == "short":
+            return short_way(section, robot, waypoints)
         return waypoints
     assert robot is not None  # _size refuses poses without a robot
     return _waypoints_from_poses(section, robot, limits, n)
@@ -163,6 +164,8 @@ def _waypoints(section: Section, robot: Robot | None, limits: Limits, n: int) ->
 def _waypoints_from_poses(section: Section, robot: Robot, limits: Limits, n: int) -> Array:
     from ocp_traj.robot.inverse_kinematics import solve_poses
 
+    if "continuous" in section:
+        raise section.error("continuous", "belongs to joints, but poses are given: they take the nearest turn")
     if "unit" in section:
         raise section.error("unit", "belongs to joints, but poses are given (m, and unit quaternions)")
     poses = section.array("poses")

@@ -6,24 +6,28 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.case.section import Section, did_you_mean
+from ocp_traj.case.chains import robot_of_chain
+from ocp_traj.case.section import Section
 from ocp_traj.case.toml_files import MAX_BYTES
-from ocp_traj.exceptions import CaseError, InputError, TaskError
+from ocp_traj.exceptions import CaseError, InputError, TaskError, did_you_mean
 from ocp_traj.task import Motor
 
 if TYPE_CHECKING:
     from ocp_traj.robot import Robot
 
-KEYS = ("model", "urdf", "dh", "lock", "tool", "base", "payload", "gravity", "friction", "motor")
-"""Keys of ``[robot]``."""
+DESCRIPTIONS = ("model", "urdf", "dh", "chain")
+"""The ways to say which arm, one of which a robot has; ``chain`` is how a robot travels with a result."""
 
-DESCRIPTIONS = ("model", "urdf", "dh")
-"""The three ways to say which arm, one of which a robot has."""
+SELECTION = ("lock", "keep", "srdf", "group")
+"""Keys that say which joints belong to the task."""
+
+KEYS = (*DESCRIPTIONS, *SELECTION, "tool", "base", "payload", "gravity", "friction", "motor")
+"""Keys of ``[robot]``."""
 
 MAX_JOINTS = 100
 """Largest number of joints of a case."""
@@ -51,16 +55,19 @@ def read_robot(section: Section, folder: Path, trusted: Collection[str]) -> Robo
     if len(given) != 1:
         told = " and ".join(given) or "none"
         raise section.error("", f"{told} given, expected exactly one of {', '.join(DESCRIPTIONS)}")
-    if "lock" in section and given != ["urdf"]:
-        raise section.error("lock", "locks joints of a urdf, but the robot is given otherwise")
     kind = given[0]
+    chosen = _selection(section, folder, trusted)
+    if kind in ("dh", "chain") and chosen:
+        raise section.error(min(chosen), f"chooses joints of a urdf or model, but the robot is given by {kind}")
     with robot_errors(section, kind):
         if kind == "model":
-            robot = _named_robot(section)
+            robot = _named_robot(section, chosen)
         elif kind == "urdf":
-            robot = _urdf_robot(section, folder, trusted)
-        else:
+            robot = _urdf_robot(section, folder, trusted, chosen)
+        elif kind == "dh":
             robot = _dh_robot(section.section("dh"))
+        else:
+            robot = robot_of_chain(section.section("chain"))
     if robot.n > MAX_JOINTS:
         raise section.error(kind, f"has {robot.n} joints, expected at most {MAX_JOINTS}")
     return _in_the_cell(section, robot)
@@ -103,7 +110,25 @@ def resolve_inside(section: Section, name: str, folder: Path, trusted: Collectio
     return path
 
 
-def _named_robot(section: Section) -> Robot:
+def _selection(section: Section, folder: Path, trusted: Collection[str]) -> dict[str, Any]:
+    """Return the arguments of `robot_from_urdf` and `load_robot` that the keys of `SELECTION` give."""
+    chosen: dict[str, Any] = {}
+    if "lock" in section:
+        if isinstance(section.data["lock"], dict):
+            table = section.section("lock")
+            chosen["lock"] = {name: table.number(name) for name in table.data}
+        else:
+            chosen["lock"] = section.texts("lock")
+    if "keep" in section:
+        chosen["keep"] = section.texts("keep")
+    if "srdf" in section:
+        chosen["srdf"] = resolve_inside(section, "srdf", folder, trusted)
+    if "group" in section:
+        chosen["group"] = section.text("group")
+    return chosen
+
+
+def _named_robot(section: Section, chosen: dict[str, Any]) -> Robot:
     from ocp_traj.robot import load_robot, robot_names
 
     name, known = section.text("model"), robot_names()
@@ -112,13 +137,13 @@ def _named_robot(section: Section) -> Robot:
         raise section.error(
             "model", f"robot {name!r} is unknown, expected one of {expected}{did_you_mean(name, known)}"
         )
-    return load_robot(name)
+    return load_robot(name, **chosen)
 
 
-def _urdf_robot(section: Section, folder: Path, trusted: Collection[str]) -> Robot:
+def _urdf_robot(section: Section, folder: Path, trusted: Collection[str], chosen: dict[str, Any]) -> Robot:
     from ocp_traj.robot import robot_from_urdf
 
-    return robot_from_urdf(resolve_inside(section, "urdf", folder, trusted), lock=section.texts("lock"))
+    return robot_from_urdf(resolve_inside(section, "urdf", folder, trusted), **chosen)
 
 
 def _dh_robot(table: Section) -> Robot:
@@ -210,3 +235,20 @@ def limited_to(robot: Robot, position: Array) -> Robot:
             "limits.position", f"the range of joint {joint + 1} and the robot's own have nothing in common"
         )
     return replace(robot, position_limits=np.stack([lower, upper]))
+
+
+def short_way(section: Section, robot: Robot | None, waypoints: Array) -> Array:
+    """Return the waypoints (K, n) with every continuous joint at the turn nearest to where it was before.
+
+    Raises
+    ------
+    CaseError
+        There is no robot, or none of its joints is continuous.
+    """
+    turning = [kind == "continuous" for kind in ([] if robot is None else robot.joint_types)]
+    if not any(turning):
+        raise section.error("continuous", "'short' given, but the case has no robot with a continuous joint")
+    turns = np.cumsum(np.round(np.diff(waypoints, axis=0) / (2.0 * np.pi)), axis=0)
+    nearest = waypoints.copy()
+    nearest[1:] -= np.where(turning, 2.0 * np.pi * turns, 0.0)
+    return nearest

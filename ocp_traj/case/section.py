@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import unicodedata
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.exceptions import CaseError
+from ocp_traj.exceptions import CaseError, did_you_mean
 
 MAX_TEXT = 10_000
 """Longest text of a key, characters."""
-
-
-def did_you_mean(given: str, expected: Iterable[str]) -> str:
-    """Return ``"; did you mean 'x'?"`` for a near miss, else an empty text."""
-    close = difflib.get_close_matches(given[:100], list(expected), n=1)
-    return f"; did you mean {close[0]!r}?" if close else ""
 
 
 def describe(value: Any) -> str:

@@ -21,26 +21,29 @@ MAX_BYTES = 10_000_000
 _KEY = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*")
 _BARE_WORD = re.compile(r"[A-Za-z0-9_./+-]+")
 _MAX_DEPTH = 50
+_PART = r"""(?:[A-Za-z0-9_-]+|"[^"\n]*"|'[^'\n]*')[ \t]*"""
+_DEEP_KEY = re.compile(rf"(?:^|[{{,])[ \t]*\[*[ \t]*(?:{_PART}\.[ \t]*){{{_MAX_DEPTH},}}", re.MULTILINE)
+"""A dotted key whose reading would take memory and time with the square of its length."""
 
 
-def read_text(path: Path, file: str) -> str:
-    """Return the text of a small regular file.
+def read_text(path: Path, file: str, most: int = MAX_BYTES) -> str:
+    """Return the text of a regular file of at most `most` bytes.
 
     Raises
     ------
     CaseError
         The file is missing, is no regular file, cannot be read, is too large, or is not UTF-8.
     """
-    content = _read_bytes(path, file)
-    if len(content) > MAX_BYTES:
-        raise CaseError(file, "", f"is larger than {MAX_BYTES // 1_000_000} MB, expected a case file")
+    content = _read_bytes(path, file, most)
+    if len(content) > most:
+        raise CaseError(file, "", f"is larger than {most // 1_000_000} MB, expected a case file")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise CaseError(file, "", f"is not UTF-8 text (byte {error.start})") from None
 
 
-def _read_bytes(path: Path, file: str) -> bytes:
+def _read_bytes(path: Path, file: str, most: int) -> bytes:
     if "\0" in str(path):
         raise CaseError(file, "", "is no path, it holds a null character")
     try:
@@ -49,7 +52,7 @@ def _read_bytes(path: Path, file: str) -> bytes:
         if not path.is_file():
             raise CaseError(file, "", "is not a regular file")
         with path.open("rb") as stream:
-            return stream.read(MAX_BYTES + 1)
+            return stream.read(most + 1)
     except OSError as error:
         raise CaseError(file, "", f"cannot be read ({error.strerror or error})") from None
 
@@ -62,6 +65,10 @@ def parse_toml(text: str, file: str) -> dict[str, Any]:
     CaseError
         The text is not TOML; the message has line and column.
     """
+    deep = _DEEP_KEY.search(text)
+    if deep is not None:
+        line = text.count("\n", 0, deep.end()) + 1
+        raise CaseError(file, "", f"line {line} has a key of more than {_MAX_DEPTH} parts, expected a case file")
     try:
         tables: dict[str, Any] = tomllib.loads(text)
     except RecursionError:

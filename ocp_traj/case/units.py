@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.case.section import Section, describe, did_you_mean
+from ocp_traj.case.section import Section, describe
+from ocp_traj.exceptions import did_you_mean
 from ocp_traj.units import FACTORS
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from ocp_traj.task import TrajectoryTask
 from ocp_traj.task.limits import default_limits
 
 if TYPE_CHECKING:
-    from ocp_traj.robot import Robot
+    from ocp_traj.robot import Robot, RobotSource
 
 
 def dumps(task: TrajectoryTask, folder: Path | None = None) -> str:
@@ -35,14 +35,38 @@ def dumps(task: TrajectoryTask, folder: Path | None = None) -> str:
         The task holds what no case file can: functions of one's own, or a robot that came neither by name nor
         from a URDF below `folder` nor from a DH table.
     """
+    arm = None if task.robot is None else described(task.robot, folder or Path.cwd())
+    return tomli_w.dumps(task_tables(task, arm))
+
+
+Arm = tuple[dict[str, Any], "Robot"]
+"""The keys of ``[robot]`` that say which arm, and the arm that these alone give."""
+
+
+def task_tables(task: TrajectoryTask, arm: Arm | None, *, complete: bool = False) -> dict[str, Any]:
+    """Return the tables of a case file that states a task.
+
+    Parameters
+    ----------
+    task : TrajectoryTask
+    arm : Arm, optional
+        How the task's robot is named.
+    complete : bool
+        Write limits that are the arm's own, too.
+
+    Raises
+    ------
+    TaskError
+        The task holds functions or a spline family of one's own.
+    """
     if task.constraints or task.objective.custom:
         key = "constraints" if task.constraints else "objective"
         raise TaskError(key, "a function of one's own cannot be written to a case file")
     tables: dict[str, Any] = {"schema": 1, "name": task.name}
     tables.update({name: getattr(task, name) for name in ("title", "source") if getattr(task, name)})
     reference = None
-    if task.robot is not None:
-        tables["robot"], reference = _robot_table(task.robot, folder or Path.cwd())
+    if task.robot is not None and arm is not None:
+        tables["robot"], reference = arm[0] | _cell_table(task.robot, arm[1]), arm[1]
         if task.objective.motor is not None:
             motor = task.objective.motor
             tables["robot"]["motor"] = {
@@ -52,7 +76,7 @@ def dumps(task: TrajectoryTask, folder: Path | None = None) -> str:
     tables["waypoints"] = {"joints": task.waypoints.tolist()}
     if np.any(task.tolerance):
         tables["waypoints"]["tolerance"] = np.asarray(task.tolerance).tolist()
-    tables["limits"] = _limits_table(task, reference)
+    tables["limits"] = _limits_table(task, None if complete else reference)
     tables["spline"] = {"family": task.family.name, "virtual_knots": task.virtual_knots}
     tables["boundary"] = _boundary_table(task)
     tables["objective"] = _objective_table(task)
@@ -61,7 +85,7 @@ def dumps(task: TrajectoryTask, folder: Path | None = None) -> str:
         "offset": task.search.offset,
         "protocol": task.search.protocol,
     }
-    return tomli_w.dumps(tables)
+    return tables
 
 
 def write_case(task: TrajectoryTask, path: str | Path) -> None:
@@ -134,9 +158,9 @@ def _objective_table(task: TrajectoryTask) -> dict[str, Any]:
     return table
 
 
-def _robot_table(robot: Robot, folder: Path) -> tuple[dict[str, Any], Robot]:
-    """Return the table of a robot in its cell, and the arm that its description alone gives."""
-    table, reference = _description(robot, folder)
+def _cell_table(robot: Robot, reference: Robot) -> dict[str, Any]:
+    """Return how a robot stands in its cell, where that differs from what its description alone gives."""
+    table: dict[str, Any] = {}
     for name in ("tool", "base"):
         if getattr(robot, name) != getattr(reference, name):
             table[name] = getattr(robot, name)
@@ -154,10 +178,10 @@ def _robot_table(robot: Robot, folder: Path) -> tuple[dict[str, Any], Robot]:
             "viscous": robot.friction.viscous.tolist(),
             "coulomb": robot.friction.coulomb.tolist(),
         }
-    return table, reference
+    return table
 
 
-def _description(robot: Robot, folder: Path) -> tuple[dict[str, Any], Robot]:
+def described(robot: Robot, folder: Path) -> Arm:
     """Return what names the arm, and the arm as reading that gives it.
 
     Raises
@@ -169,7 +193,12 @@ def _description(robot: Robot, folder: Path) -> tuple[dict[str, Any], Robot]:
 
     source = robot.source or RobotSource()
     if source.name:
-        return {"model": source.name}, load_robot(source.name)
+        named = load_robot(source.name)
+        assert named.source is not None  # read from a URDF
+        if named.joint_names == robot.joint_names and named.source.lock == source.lock:
+            return {"model": source.name}, named
+        chosen = _selection(robot, source)
+        return {"model": source.name, **chosen}, load_robot(source.name, **chosen)
     if source.dh is not None:
         return {"dh": dict(source.dh)}, robot_from_dh(**source.dh)
     if source.urdf is None:
@@ -177,7 +206,15 @@ def _description(robot: Robot, folder: Path) -> tuple[dict[str, Any], Robot]:
     relative = Path(os.path.relpath(source.urdf.resolve(), folder.resolve()))
     if ".." in relative.parts:
         raise TaskError("robot.urdf", f"{source.urdf.name} does not lie below the folder of the case file")
-    table: dict[str, Any] = {"urdf": relative.as_posix()}
-    if source.lock:
+    chosen = _selection(robot, source)
+    return {"urdf": relative.as_posix(), **chosen}, robot_from_urdf(source.urdf, **chosen)
+
+
+def _selection(robot: Robot, source: RobotSource) -> dict[str, Any]:
+    """Return the keys that say which joints of a description stand still, and where if not at zero."""
+    table: dict[str, Any] = {"keep": list(robot.joint_names)} if source.name else {}
+    if any(source.lock.values()):
+        table["lock"] = dict(source.lock)
+    elif source.lock and not source.name:
         table["lock"] = list(source.lock)
-    return table, robot_from_urdf(source.urdf, source.lock)
+    return table

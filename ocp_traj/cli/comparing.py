@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ocp_traj.cli.completion import CaseName, SolverName
 from ocp_traj.cli.main import INTERRUPTED
 from ocp_traj.cli.output import console_for, overrides_option, print_table
 
@@ -22,8 +23,13 @@ if TYPE_CHECKING:
 
 
 @click.command(name="compare")
-@click.argument("cases", nargs=-1, metavar="[CASE]...")
-@click.option("--solvers", metavar="A,B,...", help="Solvers, with parameters: ipopt,pso[inertia=linear].")
+@click.argument("cases", type=CaseName(), nargs=-1, metavar="[CASE]...")
+@click.option(
+    "--solvers",
+    type=SolverName(),
+    metavar="A,B,...",
+    help="Solvers, with parameters: ipopt,pso[inertia=linear].",
+)
 @click.option("--seeds", type=click.IntRange(min=1), metavar="N", help="Runs of every solver on every case.")
 @click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Root of all seeds.")
 @click.option(

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from ocp_traj.cli.completion import Override
 from ocp_traj.exceptions import InputError
 
 if TYPE_CHECKING:
@@ -25,6 +27,7 @@ def overrides_option(command: Command) -> Command:
     return click.option(
         "--set",
         "overrides",
+        type=Override(),
         multiple=True,
         metavar="KEY=VALUE",
         help="Override a key of the case; read as TOML.",
@@ -63,6 +66,31 @@ def write_json(value: Any, json_file: str | None) -> None:
         click.echo(content)
     else:
         write_text(Path(json_file), content + "\n")
+
+
+def check_writable(*paths: str | Path | None) -> None:
+    """Refuse files that could not be written, before any work is done; None and ``-`` are no files.
+
+    Raises
+    ------
+    InputError
+        There is no such folder, the file is a folder, or it may not be written.
+    """
+    for given in paths:
+        if given is None or str(given) == "-":
+            continue
+        path = Path(given)
+        try:
+            if path.is_dir():
+                raise InputError(f"cannot write {path}: it is a folder")
+            if not path.parent.is_dir():
+                raise InputError(f"cannot write {path}: there is no folder {path.parent}")
+            if not os.access(path if path.exists() else path.parent, os.W_OK):
+                raise InputError(f"cannot write {path}: permission denied")
+        except (OSError, ValueError) as error:
+            if isinstance(error, InputError):
+                raise
+            raise InputError(f"cannot write {str(path)[:80]!r}: {error}") from None
 
 
 def write_text(path: Path, content: str) -> None:

@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ocp_traj.cli.completion import CaseName, SolverName
 from ocp_traj.cli.output import (
     FEASIBLE,
     INFEASIBLE,
+    check_writable,
     console_for,
     json_option,
     overrides_option,
@@ -31,7 +33,7 @@ INTERRUPTED = 130
 
 
 @click.command(name="pareto")
-@click.argument("case")
+@click.argument("case", type=CaseName())
 @click.option(
     "--points", default=10, show_default=True, type=click.IntRange(min=2), help="Points of the front."
 )
@@ -48,7 +50,7 @@ INTERRUPTED = 130
     type=click.FloatRange(min=1, min_open=True),
     help="Last bound on the duration, in units of the shortest one.",
 )
-@click.option("--solver", default="ipopt", show_default=True, help="Name, with parameters.")
+@click.option("--solver", type=SolverName(), default="ipopt", show_default=True, help="Name, with parameters.")
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(min=0))
 @click.option(
     "--time-limit", type=click.FloatRange(min=0, min_open=True), metavar="S", help="Seconds a point may take."
@@ -79,6 +81,7 @@ def pareto_case(
     from ocp_traj.pareto import collect_front
 
     _check_ending(picture)
+    check_writable(output, picture, json_file)
     console = console_for(json_file)
     task = load_case(case, overrides)
     options: dict[str, Any] = {

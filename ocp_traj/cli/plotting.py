@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from ocp_traj.cli.output import overrides_option
+from ocp_traj.cli.completion import CaseName
+from ocp_traj.cli.motions import read_motion, task_of
+from ocp_traj.cli.output import check_writable, overrides_option
 from ocp_traj.exceptions import InputError
 
 if TYPE_CHECKING:
@@ -28,7 +29,9 @@ COMPARISON_NAMES = ("convergence", "bounds", "runtime", "performance", "data")
     help="What to draw; default motion, or runtime for a comparison.",
 )
 @click.option(
-    "--case", help="Case whose limits and robot belong to the motion; default: the one named in FILE."
+    "--case",
+    type=CaseName(),
+    help="Case whose limits and robot belong to the motion; default: the one FILE carries or names."
 )
 @overrides_option
 @click.option("--output", metavar="FILE.png", help="PNG, PDF or SVG; default: beside FILE.")
@@ -43,6 +46,7 @@ def plot_file(
     """
     from ocp_traj.pictures.matplotlib_ import save_picture
 
+    check_writable(output)
     path = Path(file)
     if path.is_dir():
         name = picture or "runtime"
@@ -93,46 +97,12 @@ def _motion_picture(path: Path, name: str, case: str | None, overrides: tuple[st
     if name not in MOTION_NAMES:
         raise InputError(f"{path} is a motion, expected one of the pictures {', '.join(MOTION_NAMES)}")
     motion = read_motion(path)
+    task = task_of(motion, path, case, overrides) or _unlimited(motion)
     if name == "phase-plane":
         from ocp_traj.pictures.phase_plane import phase_plane_picture
 
-        return phase_plane_picture(task_of(motion, path, case, overrides), [motion])
-    return MOTION_PICTURES[name](task_of(motion, path, case, overrides), motion)
-
-
-def read_motion(path: Path) -> Trajectory:
-    """Return the motion in a CSV, an exact curve or a result."""
-    from ocp_traj.trajectory_files import read_csv, read_json
-
-    return read_csv(path) if path.suffix == ".csv" else read_json(path)
-
-
-def task_of(motion: Trajectory, path: Path, case: str | None, overrides: tuple[str, ...]) -> TrajectoryTask:
-    """Return the case a motion belongs to: the one given, the packaged one it names, else one without limits.
-
-    Raises
-    ------
-    InputError
-        The case does not fit the motion.
-    """
-    from ocp_traj.case import case_names, load_case
-
-    name = case or _case_named_in(path, motion)
-    if name is None or (case is None and name not in case_names()):
-        return _unlimited(motion)
-    task = load_case(name, overrides)
-    if task.n != motion.n:
-        raise InputError(f"the motion has {motion.n} joints, but case {task.name} has {task.n}")
-    return task
-
-
-def _case_named_in(path: Path, motion: Trajectory) -> str | None:
-    if motion.case:
-        return motion.case
-    if path.suffix != ".json":
-        return None
-    name = json.loads(path.read_text(encoding="utf-8")).get("case")
-    return name if isinstance(name, str) else None
+        return phase_plane_picture(task, [motion])
+    return MOTION_PICTURES[name](task, motion)
 
 
 def _unlimited(motion: Trajectory) -> TrajectoryTask:

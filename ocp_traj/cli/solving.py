@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ocp_traj.cli.completion import CaseName, SolverName
 from ocp_traj.cli.output import (
     FEASIBLE,
     INFEASIBLE,
+    check_writable,
     console_for,
     json_option,
     overrides_option,
@@ -22,9 +24,13 @@ if TYPE_CHECKING:
 
 
 @click.command(name="solve")
-@click.argument("case")
+@click.argument("case", type=CaseName())
 @click.option(
-    "--solver", default="ipopt", show_default=True, help="Name, with parameters: pso[inertia=linear]."
+    "--solver",
+    type=SolverName(),
+    default="ipopt",
+    show_default=True,
+    help="Name, with parameters: pso[inertia=linear].",
 )
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(min=0))
 @click.option("--budget", type=click.IntRange(min=1), metavar="EVALS", help="Evaluations the solver may use.")
@@ -54,7 +60,9 @@ def solve_case(
     """
     from ocp_traj.case import load_case
     from ocp_traj.solving import solve
+    from ocp_traj.trajectory_files import spline_path, write_csv
 
+    check_writable(output, None if output is None else spline_path(output), json_file)
     console = console_for(json_file)
     task = load_case(case, overrides)
     with console.status(f"{solver} on {task.name} …"):
@@ -67,10 +75,8 @@ def solve_case(
             found = compute_references(task)
     _show(console, result)
     if output is not None and result.trajectory is not None:
-        from ocp_traj.trajectory_files import write_csv
-
         torques = task.robot.torque if task.has_inertia and task.robot is not None else None
-        write_csv(Path(output), result.trajectory, rate, torques)
+        write_csv(Path(output), result.trajectory, rate, torques, task)
     write_json(result.to_json(references=found), json_file)
     return FEASIBLE if result.feasible else INFEASIBLE
 

@@ -45,7 +45,11 @@ def _find_compiler(chosen: str | None, search_path: str | None) -> tuple[str, st
         path = shutil.which(name, path=search_path)
         if path is None:
             continue
-        done = subprocess.run([path, "--version"], capture_output=True, text=True, check=False)
+        try:
+            done = subprocess.run([path, "--version"], capture_output=True, text=True, check=False)
+        except OSError as error:
+            logger.warning("the compiler %s cannot be started: %s", path, error)
+            continue
         if done.returncode == 0 and done.stdout:
             return path, done.stdout.splitlines()[0]
     return None
@@ -111,22 +115,28 @@ def build_library(text: str, optimize: int) -> Path:
     kept = _verified(folder, record)
     if kept is not None:
         return kept
+    try:
+        return _compiled(text, [compiler[0], *flags], folder, key)
+    except OSError as error:  # a full disk, no file descriptors left, no memory for the compiler
+        raise UnavailableError(f"nothing could be compiled in {folder}: {error.strerror or error}") from error
+
+
+def _compiled(text: str, command: list[str], folder: Path, key: str) -> Path:
+    """Return the library of a C text, compiled and put into the cache with its record."""
     with tempfile.TemporaryDirectory(dir=folder) as scratch:
         source, built = Path(scratch) / "functions.c", Path(scratch) / "functions.so"
         source.write_text(text)
-        command = [compiler[0], *flags, str(source), "-o", str(built), "-lm"]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        whole = [*command, str(source), "-o", str(built), "-lm"]
+        done = subprocess.run(whole, capture_output=True, text=True, check=False)
         if done.returncode != 0:
-            raise UnavailableError(
-                f"{compiler[0]} failed with status {done.returncode}: {done.stderr[-500:]}"
-            )
+            raise UnavailableError(f"{command[0]} failed with status {done.returncode}: {done.stderr[-500:]}")
         digest = hashlib.sha256(built.read_bytes()).hexdigest()
         # The digest is part of the name: two processes that compile at once never mix library and record.
         library = folder / f"{key[:16]}-{digest[:16]}.so"
         os.replace(built, library)
         note = Path(scratch) / "record.json"
         note.write_text(json.dumps({"library": library.name, "sha256": digest}))
-        os.replace(note, record)
+        os.replace(note, folder / f"{key}.json")
     return library
 
 
@@ -189,7 +199,7 @@ def compile_function(function: ca.Function, derivatives: int = 0, optimize: int 
         return function
     try:
         library = build_library(_sources(_with_derivatives(function, derivatives)), optimize)
-    except UnavailableError as error:
+        return ca.external(function.name(), str(library))
+    except (UnavailableError, RuntimeError) as error:  # the second where a library cannot be loaded
         logger.warning("%s is interpreted, not compiled: %s", function.name(), error)
         return function
-    return ca.external(function.name(), str(library))

@@ -17,7 +17,7 @@ from ocp_traj.arrays import Array
 from ocp_traj.codegen.batch_program import BatchProgram
 from ocp_traj.codegen.compiled import build_library
 from ocp_traj.codegen.instructions import Listing, list_instructions
-from ocp_traj.exceptions import InputError
+from ocp_traj.exceptions import InputError, UnavailableError
 
 _OPERATORS = {
     "add": "{0} + {1}", "subtract": "{0} - {1}", "multiply": "{0} * {1}", "divide": "{0} / {1}",
@@ -107,7 +107,11 @@ class CompiledProgram(BatchProgram):
     def __init__(self, function: ca.Function) -> None:
         listing = list_instructions(function)
         self.rows_in, self.rows_out = listing.rows_in, listing.rows_out
-        library = ctypes.CDLL(str(build_library(source_text(listing), optimize=1)))
+        path = build_library(source_text(listing), optimize=1)
+        try:
+            library = ctypes.CDLL(str(path))
+        except OSError as error:
+            raise UnavailableError(f"the compiled library {path} cannot be loaded: {error}") from error
         self._evaluate = library.evaluate_columns
         self._evaluate.argtypes = [ctypes.c_long, *[ctypes.c_void_p] * 3]
 

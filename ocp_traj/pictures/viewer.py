@@ -34,10 +34,11 @@ _SIDES = 14
 
 @dataclass(frozen=True)
 class Part:
-    """A mesh that moves with a link: 0 is the root, i what joint i moves (`Robot.link_placements`)."""
+    """A mesh that moves with a link: 0 is the root, i what joint i moves (`Robot.link_placements`); with its colour."""
 
     link: int
     mesh: Mesh
+    colour: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -50,21 +51,28 @@ class Scene:
 
 
 def robot_parts(robot: Robot) -> list[Part]:
-    """Return the robot's own meshes, thinned out, or tubes between its joints where it has none."""
+    """Return the robot's own meshes, thinned out, or tubes between its joints where it has none.
+
+    A mesh that cannot be read is left out, and said so in the log.
+    """
     from ocp_traj.robot.meshes import visual_meshes
 
+    parts = []
     try:
-        parts = [_mesh_part(visual) for visual in visual_meshes(robot)]
+        for visual in visual_meshes(robot):
+            try:
+                parts.append(_mesh_part(visual))
+            except OcpTrajError as error:
+                _LOGGER.warning("%s; it is left out of the picture", error)
     except OcpTrajError as error:
-        _LOGGER.info("no meshes for %s: %s", robot.name, error)
-        parts = []
+        _LOGGER.warning("no meshes for %s: %s", robot.name, error)
     return parts or stick_parts(robot)
 
 
 def _mesh_part(visual: VisualMesh) -> Part:
     mesh = thin_out(read_mesh(visual.path), TRIANGLES)
     vertices = mesh.vertices * visual.scale @ visual.placement[:3, :3].T + visual.placement[:3, 3]
-    return Part(visual.link, Mesh(vertices, mesh.triangles))
+    return Part(visual.link, Mesh(vertices, mesh.triangles), visual.colour)
 
 
 def stick_parts(robot: Robot) -> list[Part]:
@@ -150,6 +158,7 @@ def _packed_part(part: Part) -> dict[str, Any]:
     scale = float(max((vertices - offset).max(), 1e-9)) / 65535.0
     return {
         "link": part.link,
+        "colour": part.colour,
         "offset": offset.tolist(),
         "scale": scale,
         "vertices": _encode(np.round((vertices - offset) / scale).astype("<u2")),

@@ -26,7 +26,7 @@ class ReferenceRequest:
     trajectory : Trajectory or None
         A motion through the same waypoints, whose path is timed too.
     time_limit : float
-        Seconds for the proof of a lower bound.
+        Seconds that the reference may take.
     rng : numpy.random.Generator or None
         For the starting points of local searches.
     brief : bool
@@ -91,6 +91,8 @@ class Reference:
         Whether it is computed unless the keyword says something else.
     compared : bool
         Whether comparisons compute it, once per case.
+    patient : bool
+        Whether it uses all the time there is, so that it is computed after the others.
     """
 
     name: str
@@ -101,6 +103,7 @@ class Reference:
     option: str = ""
     wanted: bool = True
     compared: bool = True
+    patient: bool = False
 
     def kind_of(self, part: str) -> str:
         """Return what is known of a part's duration."""

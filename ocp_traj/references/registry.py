@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from importlib import metadata
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from ocp_traj.deadline import Deadline
 from ocp_traj.exceptions import InputError, UnavailableError, UnknownNameError
 from ocp_traj.references.reference import (
     ESTIMATED,
@@ -14,6 +17,10 @@ from ocp_traj.references.reference import (
     ReferenceFinding,
     ReferenceRequest,
 )
+
+if TYPE_CHECKING:
+    from ocp_traj.references.timing.result import ReferenceResult
+    from ocp_traj.task import TrajectoryTask
 
 GROUP = "ocp_traj.references"
 """Entry points of this group are `Reference` objects."""
@@ -30,13 +37,13 @@ def _find_bound(request: ReferenceRequest) -> ReferenceFinding:
 def _find_toppra(request: ReferenceRequest) -> ReferenceFinding:
     from ocp_traj.references.timing.toppra_reference import toppra_reference
 
-    return timed([toppra_reference(request.task, path) for path in request.paths])
+    return timed(_for_each_path(toppra_reference, request, request.paths))
 
 
 def _find_convex(request: ReferenceRequest) -> ReferenceFinding:
     from ocp_traj.references.timing.convex_reference import convex_reference
 
-    return timed([convex_reference(request.task, path) for path in request.paths])
+    return timed(_for_each_path(convex_reference, request, request.paths))
 
 
 def _find_jerk_estimate(request: ReferenceRequest) -> ReferenceFinding:
@@ -44,28 +51,41 @@ def _find_jerk_estimate(request: ReferenceRequest) -> ReferenceFinding:
     from ocp_traj.references.timing.jerk_limited_reference import jerk_limited_reference
     from ocp_traj.references.timing.result import ReferenceResult
 
+    deadline = Deadline(request.time_limit)
+    paths: tuple[str, ...] = () if request.brief else ("uniform", "chord")
     try:
-        estimate = jerk_estimate(request.task)
+        estimate = jerk_estimate(request.task, time_limit=deadline.fraction(1.0 / (1 + len(paths))).left)
     except InputError as error:
         return ReferenceFinding({}, {"": str(error)})
-    results = []
-    for path in () if request.brief else ("uniform", "chord"):
+
+    def along(task: TrajectoryTask, path: str, *, time_limit: float) -> ReferenceResult:
         try:
-            results.append(jerk_limited_reference(request.task, path))
+            return jerk_limited_reference(task, path, time_limit=time_limit)
         except InputError as error:
-            results.append(ReferenceResult("convex-jerk", path, None, str(error)))
-    paths = timed(results)
+            return ReferenceResult("convex-jerk", path, None, str(error))
+
+    results = _for_each_path(along, replace(request, time_limit=deadline.left), paths)
+    found = timed(results)
     return ReferenceFinding(
-        {"estimate": estimate.estimate, **paths.seconds},
-        {"": estimate.message, **paths.messages},
+        {"estimate": estimate.estimate, **found.seconds},
+        {"": estimate.message, **found.messages},
         (estimate, *results),
     )
+
+
+def _for_each_path(time_path: Callable[..., Any], request: ReferenceRequest, paths: Sequence[Any]) -> list[Any]:
+    """Return the timings of several paths, each with an equal share of the time that is left."""
+    deadline = Deadline(request.time_limit)
+    return [
+        time_path(request.task, path, time_limit=deadline.fraction(1.0 / (len(paths) - done)).left)
+        for done, path in enumerate(paths)
+    ]
 
 
 def _find_certificate(request: ReferenceRequest) -> ReferenceFinding:
     from ocp_traj.references.bounds.certify import certify
 
-    proof = certify(request.task)
+    proof = certify(request.task, time_limit=request.time_limit)
     return ReferenceFinding({"lower": proof.lower, "upper": proof.upper}, {"": proof.message}, (proof,))
 
 
@@ -85,6 +105,7 @@ REFERENCES = (
         _find_bound,
         {"lower": (PROVED, "kinematic bound"), "estimate": (ESTIMATED, "kinematic estimate")},
         "Bound: certified kinematic bound, or its estimate where there is no certificate (marked ~).",
+        patient=True,
     ),
     Reference("toppra", "TOPP-RA", _find_toppra, note="TOPP-RA: the best of its paths."),
     Reference("convex", "convex", _find_convex, option="convex", compared=False),
@@ -108,6 +129,7 @@ REFERENCES = (
         option="certificate",
         wanted=False,
         compared=False,
+        patient=True,
     ),
 )
 """The references of this package, in the order in which they are shown."""

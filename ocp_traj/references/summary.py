@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ocp_traj.deadline import Deadline
 from ocp_traj.exceptions import InputError
 from ocp_traj.references.reference import ReferenceFinding, ReferenceRequest
 from ocp_traj.references.registry import all_references, reference_named
@@ -20,6 +21,12 @@ if TYPE_CHECKING:
     from ocp_traj.references.timing.result import ReferenceResult
     from ocp_traj.task import TrajectoryTask
     from ocp_traj.trajectory import Trajectory
+
+USUAL_SECONDS = 20.0
+"""Seconds for all references of a task together, but for a certificate."""
+
+CERTIFICATE_SECONDS = 120.0
+"""Seconds more where a certificate is asked for."""
 
 _logger = logging.getLogger(__name__)
 
@@ -85,7 +92,7 @@ def collect_references(
     task: TrajectoryTask,
     trajectory: Trajectory | None = None,
     *,
-    time_limit: float = 20.0,
+    time_limit: float | None = None,
     rng: np.random.Generator | None = None,
     **wanted: bool,
 ) -> ReferenceSet:
@@ -97,8 +104,9 @@ def collect_references(
         The problem.
     trajectory : Trajectory, optional
         A motion through the same waypoints: its path is timed too, under the name ``"spline"``.
-    time_limit : float
-        Seconds for the proof of the lower bound.
+    time_limit : float, optional
+        Seconds for all references together; `USUAL_SECONDS`, and `CERTIFICATE_SECONDS` more for a certificate, when
+        left out. What they left undone stands in the messages.
     rng : numpy.random.Generator, optional
         For the local search's starting points.
     **wanted : bool
@@ -117,13 +125,23 @@ def collect_references(
     if unknown:
         expected = ", ".join(sorted(reference.option for reference in known if reference.option))
         raise InputError(f"{min(unknown)!r} asks for no reference, expected one of {expected}")
+    if time_limit is None:
+        time_limit = USUAL_SECONDS + (CERTIFICATE_SECONDS if wanted.get("certificate") else 0.0)
+    if not time_limit > 0:
+        raise InputError(f"time_limit is {time_limit}, expected a positive number of seconds")
+    deadline = Deadline(time_limit)
     request = ReferenceRequest(task, trajectory, time_limit, rng)
-    findings = {}
-    for reference in known:
-        if wanted.get(reference.option, reference.wanted):
-            findings[reference.name] = reference.find(request)
-        elif reference.wanted:  # its place in the answer stays
-            findings[reference.name] = ReferenceFinding(dict.fromkeys(request.path_names))
+    asked = [reference for reference in known if wanted.get(reference.option, reference.wanted)]
+    computed = {}
+    for done, reference in enumerate(sorted(asked, key=lambda each: each.patient)):
+        allowed = deadline.fraction(1.0 / (len(asked) - done)).left
+        computed[reference.name] = reference.find(replace(request, time_limit=allowed))
+    nothing = ReferenceFinding(dict.fromkeys(request.path_names))
+    findings = {
+        reference.name: computed.get(reference.name, nothing)
+        for reference in known
+        if reference in asked or reference.wanted  # the place in the answer of one left out stays
+    }
     found = ReferenceSet(task, findings)
     for name, reason in found.messages().items():
         if "." in name:  # a path that could not be timed
@@ -153,7 +171,7 @@ def references(
     return collect_references(task, trajectory, **options).to_json()
 
 
-def reference_columns(task: TrajectoryTask, *, time_limit: float = 20.0) -> dict[str, Any]:
+def reference_columns(task: TrajectoryTask, *, time_limit: float = USUAL_SECONDS) -> dict[str, Any]:
     """Return what a result carries: the kinematic bound and the best TOPP-RA duration of uniform and chord.
 
     The form of ``references`` in `solve --json`: ``{"kinematic_bound": {"lower", "estimate"}, "toppra": seconds}``.
@@ -163,9 +181,12 @@ def reference_columns(task: TrajectoryTask, *, time_limit: float = 20.0) -> dict
     task : TrajectoryTask
         The problem.
     time_limit : float
-        Seconds the bound may take.
+        Seconds they may take together.
     """
-    request = ReferenceRequest(task, time_limit=time_limit)
-    bound, toppra = (reference_named(name).find(request).seconds for name in ("kinematic_bound", "toppra"))
+    deadline = Deadline(time_limit)
+    toppra, bound = (
+        reference_named(name).find(ReferenceRequest(task, time_limit=deadline.fraction(share).left)).seconds
+        for name, share in (("toppra", 0.5), ("kinematic_bound", 1.0))
+    )
     found = [duration for duration in toppra.values() if duration is not None]
     return {"kinematic_bound": dict(bound), "toppra": min(found, default=None)}

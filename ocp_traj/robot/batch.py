@@ -40,7 +40,7 @@ class BatchRobot:
         RobotError
             The robot has no link masses, or a shape is wrong.
         """
-        return self._program(*state_rows(len(self._symbolic.links), q, v, a))[0]
+        return self._program(*state_rows(self._symbolic.n, q, v, a))[0]
 
     def torque_columns(self, q: Array, v: Array, a: Array, out: Array) -> None:
         """Write the torques of many states, one per column: `torque` without transposing.

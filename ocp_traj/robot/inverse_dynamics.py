@@ -15,7 +15,7 @@ from typing import Any
 import casadi as ca
 
 from ocp_traj.arrays import Array
-from ocp_traj.robot.additions import Friction
+from ocp_traj.robot.additions import Coupling, Friction
 from ocp_traj.robot.links import Link
 from ocp_traj.robot.regrouping import regrouped, split_rotation
 
@@ -128,14 +128,19 @@ def _plain_placements(links: tuple[Link, ...], q: Any) -> tuple[tuple[Link, ...]
     return tuple(turned), angles
 
 
-def inverse_dynamics_function(links: tuple[Link, ...], gravity: Array, friction: Friction) -> ca.Function:
+def inverse_dynamics_function(
+    links: tuple[Link, ...], gravity: Array, friction: Friction, coupling: Coupling | None = None
+) -> ca.Function:
     """Return the CasADi function (q, v, a) -> tau of a robot, each (n,), with armature and friction.
 
     The bodies' parameters are regrouped first, which takes a quarter of the operations away (UR5).
     """
-    n = len(links)
+    n = friction.viscous.size
     q, v, a = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("a", n)
-    turned, angles = _plain_placements(regrouped(links), q)
-    tau = newton_euler(turned, gravity, angles, v, a)
+    states = (q, v, a) if coupling is None else coupling.symbols(q, v, a)
+    turned, angles = _plain_placements(regrouped(links), states[0])
+    tau = newton_euler(turned, gravity, angles, *states[1:])
+    if coupling is not None:
+        tau = ca.mtimes(ca.DM(coupling.matrix.T), tau)
     tau = tau + ca.DM(friction.viscous) * v + ca.DM(friction.coulomb) * ca.sign(v)
     return ca.Function("inverse_dynamics", [q, v, a], [ca.cse(tau)], ["q", "v", "a"], ["tau"])

@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.robot.additions import Coupling
 from ocp_traj.robot.links import Link
 
 
@@ -41,7 +42,15 @@ def _pose(links: tuple[Link, ...], link: int, placement: Array, base: Array, q: 
     return ca.SX(ca.mtimes(ca.DM(inverse), pose))
 
 
-def pose_function(links: tuple[Link, ...], link: int, placement: Array, base: Array) -> ca.Function:
+def _joint_symbols(links: tuple[Link, ...], coupling: Coupling | None) -> tuple[Any, Any]:
+    """Return symbols of the robot's joint positions, and the positions of all links' joints."""
+    q = ca.SX.sym("q", len(links) if coupling is None else coupling.n)
+    return q, q if coupling is None else coupling.symbols(q)[0]
+
+
+def pose_function(
+    links: tuple[Link, ...], link: int, placement: Array, base: Array, coupling: Coupling | None = None
+) -> ca.Function:
     """Return the CasADi function q (n,) -> T (4, 4), from the base frame to a frame of the robot.
 
     Parameters
@@ -54,18 +63,23 @@ def pose_function(links: tuple[Link, ...], link: int, placement: Array, base: Ar
         The frame in Pinocchio's axes of its joint.
     base : (4, 4)
         The base frame in the root.
+    coupling : Coupling, optional
+        How the links' joints follow those of the robot.
     """
-    q = ca.SX.sym("q", len(links))
-    pose = ca.cse(ca.densify(_pose(links, link, placement, base, q)))
+    q, positions = _joint_symbols(links, coupling)
+    pose = ca.cse(ca.densify(_pose(links, link, placement, base, positions)))
     return ca.Function("forward_kinematics", [q], [pose], ["q"], ["T"])
 
 
-def velocity_function(links: tuple[Link, ...], link: int, placement: Array, base: Array) -> ca.Function:
+def velocity_function(
+    links: tuple[Link, ...], link: int, placement: Array, base: Array, coupling: Coupling | None = None
+) -> ca.Function:
     """Return the CasADi function (q, v) -> linear velocity (3,) of a frame's origin in base axes, m/s.
 
     The parameters are those of `pose_function`.
     """
-    q, v = ca.SX.sym("q", len(links)), ca.SX.sym("v", len(links))
-    position = _pose(links, link, placement, base, q)[:3, 3]
+    q, positions = _joint_symbols(links, coupling)
+    v = ca.SX.sym("v", q.numel())
+    position = _pose(links, link, placement, base, positions)[:3, 3]
     velocity = ca.cse(ca.densify(ca.jtimes(position, q, v)))
     return ca.Function("frame_velocity", [q, v], [velocity], ["q", "v"], ["velocity"])

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pinocchio as pin
 
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import RobotError
-from ocp_traj.robot.additions import Payload
+from ocp_traj.robot.additions import Coupling, Payload
+from ocp_traj.robot.description.selection import Selection
 from ocp_traj.robot.links import joint_kind
 
 
@@ -44,25 +45,7 @@ def root_placement(model: Any, base: str) -> Array:
     return np.array(frame.placement.homogeneous)
 
 
-def locked_joints(model: Any, lock: Sequence[str], keep: Sequence[str] | None) -> list[int]:
-    """Return the indices of the joints to be locked: those in `lock`, or all that are not in `keep`.
-
-    Raises
-    ------
-    RobotError
-        A name is no joint of the model.
-    """
-    names = list(model.names)[1:]
-    for name in [*lock, *(keep or ())]:
-        if name not in names:
-            raise RobotError(
-                f"joint {name!r} does not exist in {model.name!r}, its joints are {', '.join(names)}"
-            )
-    chosen = set(lock) if keep is None else set(lock) | (set(names) - set(keep))
-    return [index for index in range(1, model.njoints) if model.names[index] in chosen]
-
-
-def _plain_joint(kind: str, axis: tuple[float, float, float]) -> Any:
+def plain_joint(kind: str, axis: tuple[float, float, float]) -> Any:
     """Return a joint model with nq = nv = 1."""
     letters = {(1.0, 0.0, 0.0): "X", (0.0, 1.0, 0.0): "Y", (0.0, 0.0, 1.0): "Z"}
     letter = letters.get(axis)
@@ -75,82 +58,29 @@ def _plain_joint(kind: str, axis: tuple[float, float, float]) -> Any:
     return getattr(pin, f"JointModelR{letter}")()
 
 
-def _chosen_limits(model: Any, joint: int, kind: str) -> tuple[float, float, float, float]:
-    """Return effort, velocity, lower and upper position limit of a joint; infinite where the model has none.
-
-    URDF writes an absent effort or velocity as zero, and an absent range as lower = upper.
-    """
-    index_v, index_q = int(model.idx_vs[joint]), int(model.idx_qs[joint])
-    effort, velocity = float(model.effortLimit[index_v]), float(model.velocityLimit[index_v])
-    lower, upper = -np.inf, np.inf
-    if kind != "continuous":
-        lower = float(model.lowerPositionLimit[index_q])
-        upper = float(model.upperPositionLimit[index_q])
-    if not lower < upper:
-        lower, upper = -np.inf, np.inf
-
-    def absent(value: float) -> bool:
-        return value <= 0.0 or value > 1e100
-
-    return (
-        np.inf if absent(effort) else effort,
-        np.inf if absent(velocity) else velocity,
-        -np.inf if lower < -1e100 else lower,
-        np.inf if upper > 1e100 else upper,
-    )
-
-
-@dataclass(frozen=True)
-class PlainModel:
-    """A model in which every joint has nq = nv = 1, and where the joints of its original went.
-
-    Attributes
-    ----------
-    model : pin.Model
-    joint_types : tuple of n str
-    carriers : tuple of (int, pin.SE3)
-        For every joint of the original (0: the root) the joint that now carries its frame, and where there.
-    """
-
-    model: Any
-    joint_types: tuple[str, ...]
-    carriers: tuple[tuple[int, Any], ...]
-
-
-def plain_model(original: Any, locked: Sequence[int] = ()) -> PlainModel:
-    """Rebuild a model so that nq = nv = n and the joints numbered in `locked` stand still.
-
-    Continuous joints, which Pinocchio keeps as (cos q, sin q), become plain revolute ones without a range.
-    Locked joints stand at zero, or at the middle of their range where that excludes zero.
-
-    Raises
-    ------
-    RobotError
-        A joint that is not locked has more than one degree of freedom.
-    """
+def plain_model(original: Any, selection: Selection) -> Any:
+    """Rebuild a model so that nq = nv and the joints that a selection holds are part of their links."""
     data = original.createData()
-    pin.forwardKinematics(original, data, _resting_configuration(original))
+    pin.forwardKinematics(original, data, _held_configuration(original, selection.held))
     plain = pin.Model()
     plain.name = original.name
     plain.gravity = original.gravity
     plain.inertias[0] = original.inertias[0]
     carriers: list[tuple[int, Any]] = [(0, pin.SE3.Identity())]
-    kinds: list[str] = []
     kept: list[int] = []
     for index in range(1, original.njoints):
         carrier, placement = carriers[original.parents[index]]
-        if index in locked:
+        name = original.names[index]
+        if name in selection.held:
             placement = placement * data.liMi[index]
             plain.inertias[carrier] = plain.inertias[carrier] + placement.act(original.inertias[index])
             carriers.append((carrier, placement))
             continue
         kind, axis = joint_kind(original.joints[index])
-        limits = [np.array([value]) for value in _chosen_limits(original, index, kind)]
         placement = placement * original.jointPlacements[index]
-        number = plain.addJoint(carrier, _plain_joint(kind, axis), placement, original.names[index], *limits)
+        number = plain.addJoint(carrier, plain_joint(kind, axis), placement, name)
         plain.inertias[number] = original.inertias[index]
         carriers.append((number, pin.SE3.Identity()))
-        kinds.append(kind)
         kept.append(int(original.idx_vs[index]))
     plain.armature = np.array(original.armature)[kept]
     plain.damping = np.array(original.damping)[kept]
@@ -158,18 +88,15 @@ def plain_model(original: Any, locked: Sequence[int] = ()) -> PlainModel:
         carrier, placement = carriers[frame.parentJoint]
         moved = pin.Frame(frame.name, carrier, frame.parentFrame, placement * frame.placement, frame.type)
         plain.addFrame(moved, False)
-    return PlainModel(plain, tuple(kinds), tuple(carriers))
+    return plain
 
 
-def _resting_configuration(model: Any) -> Array:
-    """Return the configuration in which joints are locked: zero, or mid-range where zero is out of range."""
+def _held_configuration(model: Any, held: Mapping[str, float]) -> Array:
+    """Return the configuration in which held joints are, all others at zero."""
     q: Array = pin.neutral(model)
     for index in range(1, model.njoints):
         if model.nqs[index] == 1:
-            at = int(model.idx_qs[index])
-            lower, upper = model.lowerPositionLimit[at], model.upperPositionLimit[at]
-            if lower < upper and not lower <= q[at] <= upper:
-                q[at] = 0.5 * (lower + upper)
+            q[int(model.idx_qs[index])] = held.get(model.names[index], 0.0)
     return q
 
 
@@ -185,9 +112,12 @@ def completed_model(bare: Any, payload: Payload | None, tool: str, base: str, gr
     return model
 
 
-def has_link_inertia(model: Any) -> bool:
-    """Return whether every joint of the model moves some mass or has an armature."""
+def moves_mass(model: Any, coupling: Coupling | None = None) -> npt.NDArray[np.bool_]:
+    """Return for every joint (n,) whether it, or one of those that follow it, moves some mass or has an armature."""
     moved = np.array([inertia.mass for inertia in model.inertias])
     for index in reversed(range(1, model.njoints)):
         moved[model.parents[index]] += moved[index]
-    return bool(np.all((moved[1:] > 0.0) | (np.array(model.armature) > 0.0)))
+    heavy = (moved[1:] > 0.0) | (np.array(model.armature) > 0.0)
+    if coupling is not None:
+        heavy = np.any(heavy[:, None] & (coupling.matrix != 0.0), axis=0)
+    return heavy

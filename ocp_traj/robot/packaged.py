@@ -5,15 +5,16 @@ from __future__ import annotations
 import logging
 import os
 import sys
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib import metadata
 from pathlib import Path
 
 import numpy as np
 
-from ocp_traj.exceptions import RobotError, UnknownNameError
+from ocp_traj.exceptions import RobotError, UnknownNameError, did_you_mean
+from ocp_traj.robot.description.selection import Lock
 from ocp_traj.robot.robot import Robot
 
 DATA_VARIABLE = "OCP_TRAJ_ROBOT_DATA"
@@ -35,15 +36,15 @@ class PackagedRobot:
         Joints that move; all when empty.
     lock : tuple of str
         Joints that do not move.
-    torque : tuple of float
-        Rated torques, N m, that replace the file's; none when empty.
+    torque : mapping of str to float
+        Rated torques by joint, N m, that replace the file's.
     """
 
     urdf: str
     tool: str
     keep: tuple[str, ...] = ()
     lock: tuple[str, ...] = ()
-    torque: tuple[float, ...] = ()
+    torque: Mapping[str, float] = field(default_factory=dict)
 
 
 def _numbered(pattern: str, count: int) -> tuple[str, ...]:
@@ -109,7 +110,16 @@ PACKAGED_ROBOTS = {
     # support article "Max. joint torques" (2020-06-09), for the UR3 of the CB series. The file's velocities,
     # UR10's as well, are below the UR3's rated ones and stay.
     "ur3": PackagedRobot(
-        "ur_description/urdf/ur3_robot.urdf", "tool0", torque=(56.0, 56.0, 28.0, 12.0, 12.0, 12.0)
+        "ur_description/urdf/ur3_robot.urdf",
+        "tool0",
+        torque={
+            "shoulder_pan_joint": 56.0,
+            "shoulder_lift_joint": 56.0,
+            "elbow_joint": 28.0,
+            "wrist_1_joint": 12.0,
+            "wrist_2_joint": 12.0,
+            "wrist_3_joint": 12.0,
+        },
     ),
     "ur5": PackagedRobot("ur_description/urdf/ur5_robot.urdf", "tool0"),
     "xarm7": PackagedRobot("xarm_description/urdf/xarm7.urdf", "link_eef"),
@@ -122,20 +132,35 @@ def robot_names() -> list[str]:
     return sorted(PACKAGED_ROBOTS)
 
 
-def load_robot(name: str) -> Robot:
+def load_robot(
+    name: str,
+    lock: Lock = (),
+    *,
+    keep: Sequence[str] | None = None,
+    srdf: str | Path | None = None,
+    group: str | None = None,
+) -> Robot:
     """Return a robot by name.
 
     Parameters
     ----------
     name : str
         One of `robot_names`.
+    lock : sequence of str, or mapping of str to float
+        Joints held still beside those that are by default, at zero or at these positions.
+    keep : sequence of str, optional
+        The joints of the robot in place of the default ones; all others are held.
+    srdf : path, optional
+        Names groups of joints; by default the robot's own.
+    group : str, optional
+        The group whose joints are the robot's, in place of the default ones.
 
     Raises
     ------
     UnknownNameError
         There is no such name; the message lists those there are.
     RobotError
-        The robot data is not installed.
+        The robot data is not installed, or there is no such joint or group.
 
     Examples
     --------
@@ -143,22 +168,45 @@ def load_robot(name: str) -> Robot:
     6
     """
     if name not in PACKAGED_ROBOTS:
-        raise UnknownNameError(f"robot {name!r} is unknown, expected one of {', '.join(robot_names())}")
-    return _load(name, data_folder())
+        known = robot_names()
+        raise UnknownNameError(
+            f"robot {name!r} is unknown, expected one of {', '.join(known)}{did_you_mean(str(name), known)}"
+        )
+    if not (lock or keep is not None or srdf is not None or group is not None):
+        return _load(name, data_folder())
+    return _build(name, data_folder(), lock, keep, srdf, group)
 
 
 @cache
 def _load(name: str, folder: Path) -> Robot:
+    return _build(name, folder, (), None, None, None)
+
+
+def _build(
+    name: str,
+    folder: Path,
+    lock: Lock,
+    keep: Sequence[str] | None,
+    srdf: str | Path | None,
+    group: str | None,
+) -> Robot:
     from ocp_traj.robot.urdf import robot_from_urdf
 
     entry = PACKAGED_ROBOTS[name]
-    robot = robot_from_urdf(
-        folder / entry.urdf, entry.lock, keep=entry.keep or None, tool=entry.tool, name=name
-    )
+    own = keep is None and group is None
+    positions = dict(lock) if isinstance(lock, Mapping) else dict.fromkeys(lock)
+    if own and entry.keep:
+        keep = [joint for joint in entry.keep if joint not in positions]
+    if own:
+        positions = {**dict.fromkeys(entry.lock), **positions}
+    robot = robot_from_urdf(folder / entry.urdf, positions, keep=keep, srdf=srdf, group=group, name=name)
+    if robot.frame_placement(entry.tool)[0]:
+        robot = robot.with_changes(tool=entry.tool)
     assert robot.source is not None  # read from a URDF
     robot = replace(robot, source=replace(robot.source, name=name))
     if entry.torque:
-        torque = np.array(entry.torque)
+        names, given = robot.joint_names, robot.torque_limits[1]
+        torque = np.array([entry.torque.get(joint, limit) for joint, limit in zip(names, given, strict=True)])
         robot = replace(robot, torque_limits=np.array([-torque, torque]))
         logger.debug("robot %s: rated torques %s replace those of its URDF", name, entry.torque)
     return robot

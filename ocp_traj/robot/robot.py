@@ -13,12 +13,15 @@ import numpy as np
 
 from ocp_traj.arrays import Array, ArrayLike, read_only
 from ocp_traj.exceptions import RobotError
-from ocp_traj.robot.additions import STANDARD_GRAVITY, Friction, Payload, vector
+from ocp_traj.robot.additions import STANDARD_GRAVITY, Coupling, Friction, Payload, vector
 
 if TYPE_CHECKING:
     from ocp_traj.robot.batch import BatchRobot
     from ocp_traj.robot.links import Link
     from ocp_traj.robot.symbolic import SymbolicRobot
+
+_OPTIONAL_LIMITS = ("acceleration_limits", "jerk_limits")
+_LIMITS = ("position_limits", "velocity_limits", "torque_limits", *_OPTIONAL_LIMITS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,15 +34,18 @@ class RobotSource:
         One of `robot_names`, else empty.
     urdf : pathlib.Path or None
         The file it was read from, a named robot's too.
-    lock : tuple of str
-        Joints of that file that do not move.
+    lock : mapping of str to float
+        Joints of that file that do not move, and where they stand, rad or m.
+    srdf : pathlib.Path or None
+        The SRDF that belongs to it.
     dh : mapping or None
         Arguments of `robot_from_dh`, in rad, as lists.
     """
 
     name: str = ""
     urdf: Path | None = None
-    lock: tuple[str, ...] = ()
+    lock: Mapping[str, float] = field(default_factory=dict)
+    srdf: Path | None = None
     dh: Mapping[str, Any] | None = None
 
 
@@ -71,6 +77,11 @@ class Robot:
         Zero unless given: the friction tags of a URDF are simulator settings, see `robot_from_urdf`.
     source : RobotSource or None
         What the robot was made from; None for one that was put together by hand.
+    acceleration_limits, jerk_limits : (2, n)
+        As the others; infinite unless the description has them.
+    coupling : Coupling or None
+        How further joints of the model follow those of the robot (mimic joints); None where none does. With it
+        `bare_model`, `model`, `links` and `link_placements` have all joints, everything else the robot's n.
     """
 
     name: str
@@ -86,12 +97,17 @@ class Robot:
     payload: Payload | None = None
     friction: Friction = field(default_factory=lambda: Friction.none(0))  # none(0) stands for none(n)
     source: RobotSource | None = field(default=None, repr=False)
+    acceleration_limits: Array = field(default_factory=lambda: np.empty((2, 0)))  # none stands for infinite
+    jerk_limits: Array = field(default_factory=lambda: np.empty((2, 0)))
+    coupling: Coupling | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         from ocp_traj.robot.model import frame_index, root_placement
 
-        for name in ("position_limits", "velocity_limits", "torque_limits"):
+        for name in _LIMITS:
             limits = read_only(getattr(self, name))
+            if name in _OPTIONAL_LIMITS and not limits.size:
+                limits = read_only([[-np.inf] * self.n, [np.inf] * self.n])
             if limits.shape != (2, self.n):
                 raise RobotError(f"{name} has shape {limits.shape}, expected (2, {self.n})")
             if np.any(np.isnan(limits)) or np.any(limits[0] > limits[1]):
@@ -124,12 +140,45 @@ class Robot:
         """Number of joints."""
         return len(self.joint_names)
 
+    @property
+    def followers(self) -> dict[str, tuple[str, float, float]]:
+        """For every joint of the model that follows one of the robot: that joint's name, multiplier and offset."""
+        if self.coupling is None:
+            return {}
+        rows = zip(self.coupling.joints, self.coupling.matrix, self.coupling.offset, strict=True)
+        return {
+            name: (self.joint_names[driver := int(np.argmax(row != 0.0))], float(row[driver]), float(offset))
+            for name, row, offset in rows
+            if name not in self.joint_names
+        }
+
+    def row_problem(self, width: int) -> str:
+        """Return what is wrong with a waypoint of `width` numbers: the joints there are, and how to hold some."""
+        names = ", ".join(self.joint_names)
+        problem = f"rows have {width} numbers, expected {self.n}, the joints of {self.name}: {names}"
+        if self.source is None or self.source.urdf is None:
+            return problem
+        if width < self.n:
+            some = ", ".join(f'"{name}"' for name in self.joint_names[width:])
+            return (
+                f"{problem}; hold those that do not belong to the task with robot.lock, for instance [{some}], or "
+                "name those that do in robot.keep"
+            )
+        still = ", ".join([*self.source.lock, *self.followers])
+        return f"{problem}; {still} are held still or follow another joint" if still else problem
+
     @cached_property
     def has_inertia(self) -> bool:
         """Whether the links have masses: without them there is neither torque nor energy."""
-        from ocp_traj.robot.model import has_link_inertia
+        return not self.massless_joints
 
-        return has_link_inertia(self.bare_model)
+    @cached_property
+    def massless_joints(self) -> tuple[str, ...]:
+        """Names of the joints that move no mass."""
+        from ocp_traj.robot.model import moves_mass
+
+        heavy = moves_mass(self.bare_model, self.coupling)
+        return tuple(name for name, moves in zip(self.joint_names, heavy, strict=True) if not moves)
 
     @cached_property
     def model(self) -> Any:
@@ -181,6 +230,9 @@ class Robot:
                 link.first_moment,
                 link.second_moment,
             ]
+        numbers += [limits for name in _OPTIONAL_LIMITS if np.isfinite(limits := getattr(self, name)).any()]
+        if self.coupling is not None:
+            numbers += [self.coupling.matrix, self.coupling.offset]
         text = [*self.joint_names, *self.joint_types]
         for block in numbers:
             text += [f"{value:.11e}" for value in np.ravel(np.where(np.abs(block) < 1e-11, 0.0, block))]
@@ -198,6 +250,7 @@ class Robot:
             self.friction if self.has_inertia else None,
             self.base_placement,
             self.frame_placement,
+            self.coupling,
         )
 
     @cached_property
@@ -229,9 +282,14 @@ class Robot:
         if not self.has_inertia:
             raise without_masses(self.name)
         rows = state_rows(self.n, q, v, a)
-        torques = np.empty_like(rows[0])
-        for index, (position, velocity, acceleration) in enumerate(zip(*rows, strict=True)):
+        states, coupling = rows, self.coupling
+        if coupling is not None:
+            states = (coupling.positions(rows[0]), *map(coupling.rates, rows[1:]))
+        torques = np.empty_like(states[0])
+        for index, (position, velocity, acceleration) in enumerate(zip(*states, strict=True)):
             torques[index] = pin.rnea(self.model, self._data, position, velocity, acceleration)
+        if coupling is not None:
+            torques = coupling.torques(torques)
         return torques + self.friction.viscous * rows[1] + self.friction.coulomb * np.sign(rows[1])
 
     def pose(self, q: ArrayLike, frame: str | None = None) -> Array:
@@ -245,13 +303,23 @@ class Robot:
         import pinocchio as pin
 
         joint, placement = self.frame_placement(frame)
-        position = vector(q, self.n, "q")
-        pin.forwardKinematics(self.bare_model, self._data, position)
+        pin.forwardKinematics(self.bare_model, self._data, self.model_positions(q))
         base = pin.SE3(self.base_placement).inverse().homogeneous
         return base @ self._data.oMi[joint].homogeneous @ placement
 
+    def model_positions(self, q: ArrayLike) -> Array:
+        """Return the positions of all joints of the model, those that follow others too, at `q` (n,).
+
+        Raises
+        ------
+        RobotError
+            `q` has not n values.
+        """
+        position = vector(q, self.n, "q")
+        return position if self.coupling is None else self.coupling.positions(position)
+
     def link_placements(self, q: ArrayLike) -> Array:
-        """Return the transforms (n + 1, 4, 4) from the base to the root and to what each joint moves, at `q` (n,).
+        """Return the transforms (N + 1, 4, 4) from the base to the root and what each of N joints moves, at `q` (n,).
 
         Raises
         ------
@@ -260,7 +328,7 @@ class Robot:
         """
         import pinocchio as pin
 
-        pin.forwardKinematics(self.bare_model, self._data, vector(q, self.n, "q"))
+        pin.forwardKinematics(self.bare_model, self._data, self.model_positions(q))
         base = np.linalg.inv(self.base_placement)
         return np.array([base @ placement.homogeneous for placement in self._data.oMi])
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import RobotError
-from ocp_traj.robot.additions import Friction
+from ocp_traj.robot.additions import Coupling, Friction
 from ocp_traj.robot.links import Link
 
 if TYPE_CHECKING:
@@ -34,6 +34,8 @@ class SymbolicRobot:
         The base frame in the root.
     frame_placement : callable
         As `Robot.frame_placement`.
+    coupling : Coupling or None
+        As `Robot.coupling`.
     """
 
     name: str
@@ -42,6 +44,12 @@ class SymbolicRobot:
     friction: Friction | None
     base: Array
     frame_placement: Callable[[str | None], tuple[int, Array]]
+    coupling: Coupling | None = None
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.links) if self.coupling is None else self.coupling.n
 
     @cached_property
     def inverse_dynamics(self) -> ca.Function:
@@ -56,7 +64,7 @@ class SymbolicRobot:
 
         if self.friction is None:
             raise without_masses(self.name)
-        return inverse_dynamics_function(self.links, self.gravity, self.friction)
+        return inverse_dynamics_function(self.links, self.gravity, self.friction, self.coupling)
 
     def pose(self, frame: str | None = None) -> ca.Function:
         """Return the function q (n,) -> T (4, 4) from the base to a frame (default: the tool).
@@ -86,7 +94,9 @@ class SymbolicRobot:
         """Return what `build` makes of a frame, made once."""
         if (build, frame) not in self._frame_functions:
             joint, placement = self.frame_placement(frame)
-            self._frame_functions[build, frame] = build(self.links, joint - 1, placement, self.base)
+            self._frame_functions[build, frame] = build(
+                self.links, joint - 1, placement, self.base, self.coupling
+            )
         return self._frame_functions[build, frame]
 
     @cached_property

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,95 +10,22 @@ import numpy as np
 
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import RobotError
-from ocp_traj.robot.additions import Friction
+from ocp_traj.robot.additions import Coupling, Friction
+from ocp_traj.robot.description.selection import Lock, Selection, select_joints
+from ocp_traj.robot.description.srdf import group_joints, srdf_beside
+from ocp_traj.robot.description.tool import default_tool
+from ocp_traj.robot.description.urdf_joints import UNLIMITED
+from ocp_traj.robot.description.urdf_tree import UrdfTree, read_urdf_tree
 from ocp_traj.robot.robot import Robot, RobotSource
-
-_COMMENT = re.compile("<!--.*?-->", re.DOTALL)
-_MASS_TAG = re.compile(r"<(mass|inertia)\b([^<>]*)>")
-_ATTRIBUTE = re.compile(r"""([A-Za-z]+)\s*=\s*["']([^"']*)["']""")
-
-MAX_BYTES = 100_000_000
-"""Largest description that is read, bytes; meshes are files of their own."""
-
-MAX_JOINTS = 200
-"""Joints up to which a description is read: Pinocchio's working memory grows with their cube, 0.5 GB here."""
-
-
-def read_urdf(path: Path) -> Any:
-    """Return the full `pin.Model` of a URDF file with a fixed base.
-
-    Raises
-    ------
-    RobotError
-        The file is missing or too large, Pinocchio cannot read it, or it has too many joints, a negative mass,
-        or a number that is not finite.
-    """
-    import pinocchio as pin
-
-    if not path.is_file():
-        raise RobotError(f"robot description {path} does not exist")
-    if path.stat().st_size > MAX_BYTES:
-        raise RobotError(f"robot description {path} is larger than {MAX_BYTES} bytes")
-    _check_masses(path)
-    try:
-        model = pin.buildModelFromUrdf(str(path))
-    except (ValueError, RuntimeError) as error:
-        raise RobotError(f"robot description {path} is not a valid URDF: {error}") from error
-    if model.njoints - 1 > MAX_JOINTS:
-        raise RobotError(
-            f"robot description {path} has {model.njoints - 1} joints, expected at most {MAX_JOINTS}"
-        )
-    _check_numbers(model, path)
-    return model
-
-
-def _check_masses(path: Path) -> None:
-    """Refuse a mass or inertia that is no finite number: the parser would leave it out and go on."""
-    try:
-        text = _COMMENT.sub("", path.read_text(encoding="utf-8", errors="replace"))
-    except OSError as error:
-        raise RobotError(f"robot description {path} cannot be read: {error.strerror}") from None
-    for tag in _MASS_TAG.finditer(text):
-        for name, value in _ATTRIBUTE.findall(tag[2]):
-            if not _is_finite(value):
-                raise RobotError(
-                    f"robot description {path}: <{tag[1]} {name}={value[:40]!r}> given, expected a finite number"
-                )
-
-
-def _is_finite(text: str) -> bool:
-    try:
-        return math.isfinite(float(text))
-    except ValueError:
-        return False
-
-
-def _check_numbers(model: Any, path: Path) -> None:
-    for index, (inertia, placement) in enumerate(zip(model.inertias, model.jointPlacements, strict=True)):
-        numbers = np.concatenate([inertia.toDynamicParameters(), np.ravel(placement.homogeneous)])
-        if not np.isfinite(numbers).all():
-            raise RobotError(
-                f"robot description {path}: joint {model.names[index]}: its link or place has a number that "
-                "is not finite"
-            )
-        if inertia.mass < 0.0:
-            raise RobotError(
-                f"robot description {path}: joint {model.names[index]}: its link has a mass of "
-                f"{inertia.mass:g} kg, expected 0 or more"
-            )
-
-
-def _limits_of(model: Any) -> tuple[Array, Array, Array]:
-    position = np.array([model.lowerPositionLimit, model.upperPositionLimit])
-    velocity, effort = np.array(model.velocityLimit), np.array(model.effortLimit)
-    return position, np.array([-velocity, velocity]), np.array([-effort, effort])
 
 
 def robot_from_urdf(
     path: str | Path,
-    lock: Sequence[str] = (),
+    lock: Lock = (),
     *,
     keep: Sequence[str] | None = None,
+    srdf: str | Path | None = None,
+    group: str | None = None,
     tool: str | None = None,
     base: str | None = None,
     name: str | None = None,
@@ -108,17 +33,25 @@ def robot_from_urdf(
 ) -> Robot:
     """Return the robot of a URDF file.
 
+    Joints that mimic another follow it: they are no joints of the robot, but their links move, and their limits
+    narrow those of the joint they follow. They stand still where that one does.
+
     Parameters
     ----------
     path : path
-        The URDF; meshes are looked for only when a picture is drawn.
-    lock : sequence of str
-        Joints to be locked at zero (at the middle of the range where that excludes zero), for instance
-        fingers.
+        The URDF, or xacro where the extra ``xacro`` is installed; meshes are looked for only when a picture is drawn.
+    lock : sequence of str, or mapping of str to float
+        Joints held at zero (at the middle of the range where that excludes zero), or at these positions, rad
+        or m; fingers for instance.
     keep : sequence of str, optional
-        The joints of the robot; all others are locked.
+        The joints of the robot; all others are held.
+    srdf : path, optional
+        Names groups of joints; by default the one beside the URDF or in ``../srdf``.
+    group : str, optional
+        The group of the SRDF whose joints are the robot's; all others are held.
     tool, base : str, optional
-        Frames of the model; by default the last frame and the root.
+        Frames of the model. The default tool is the flange that the last joint carries: tool0, flange, ..._tcp or
+        ee_link, in that order and with any prefix, else the joint's own link; the default base is the root.
     name : str, optional
         By default the one in the file.
     urdf_friction : bool
@@ -128,37 +61,108 @@ def robot_from_urdf(
     Raises
     ------
     RobotError
-        The file cannot be used: missing, invalid, an unknown joint or frame, a joint of more than one degree
-        of freedom that is not locked.
+        The file cannot be used: missing, invalid, an unknown joint, group or frame, a joint of more than one degree
+        of freedom that is not held.
     """
-    from ocp_traj.robot.model import locked_joints, plain_model
+    from ocp_traj.robot.model import plain_model
 
     path = Path(path)
-    full = read_urdf(path)
-    locked = locked_joints(full, lock, keep)
+    tree = read_urdf_tree(path)
+    chosen_srdf = Path(srdf) if srdf is not None else srdf_beside(path)
     try:
-        plain = plain_model(full, locked)
+        selection = select_joints(tree, lock, keep, _members(tree, chosen_srdf, group, keep))
+        model = plain_model(_full_model(tree), selection)
+        joints = tuple(joint for joint in list(model.names)[1:] if joint in selection.free)
+        if not joints:
+            raise RobotError("has no joint left that moves")
+        rules = {name: (rule.driver, rule.multiplier, rule.offset) for name, rule in selection.followers.items()}
+        coupling = Coupling.of(list(model.names)[1:], joints, rules) if rules else None
+        limits = _limits(tree, joints, selection)
     except RobotError as error:
+        if str(error).startswith("robot description "):
+            raise
         raise RobotError(f"robot description {path}: {error}") from error
-    model = plain.model
-    if model.njoints < 2:
-        raise RobotError(f"robot description {path} has no joint left that moves")
-    position, velocity, torque = _limits_of(model)
-    friction = Friction.none(model.nv)
+    friction = Friction.none(len(joints))
     if urdf_friction:
-        dry = np.array(getattr(full, "upperDryFrictionLimit", getattr(full, "friction", None)))
-        kept = [full.idx_vs[index] for index in range(1, full.njoints) if index not in locked]
-        friction = Friction(np.array(model.damping), dry[kept])
+        rubbing = np.array([[tree.joints[joint].damping, tree.joints[joint].dry_friction] for joint in joints])
+        friction = Friction(rubbing[:, 0], rubbing[:, 1])
     return Robot(
-        name=name or model.name,
-        joint_names=tuple(model.names)[1:],
-        joint_types=plain.joint_types,
-        position_limits=position,
-        velocity_limits=velocity,
-        torque_limits=torque,
+        name=name or tree.name,
+        joint_names=joints,
+        joint_types=tuple(tree.joints[joint].kind for joint in joints),
+        position_limits=limits["position"],
+        velocity_limits=limits["velocity"],
+        torque_limits=limits["torque"],
+        acceleration_limits=limits["acceleration"],
+        jerk_limits=limits["jerk"],
         bare_model=model,
-        tool=tool or model.frames[model.nframes - 1].name,
+        tool=tool or _default_tool(model, tree, joints[-1]),
         base=base or model.frames[0].name,
         friction=friction,
-        source=RobotSource(urdf=path, lock=tuple(full.names[index] for index in sorted(locked))),
+        source=RobotSource(urdf=path, lock=selection.held, srdf=chosen_srdf),
+        coupling=coupling,
     )
+
+
+def _members(
+    tree: UrdfTree, srdf: Path | None, group: str | None, keep: Sequence[str] | None
+) -> list[str] | None:
+    if group is None:
+        return None
+    if keep is not None:
+        raise RobotError("keep and group are both given, expected one of them")
+    if srdf is None:
+        raise RobotError(f"group {group!r} needs an SRDF, and none lies beside {tree.path.name} or in ../srdf")
+    return group_joints(tree, srdf, group)
+
+
+def _full_model(tree: UrdfTree) -> Any:
+    """Return the `pin.Model` of all joints of a URDF, its base fixed."""
+    import pinocchio as pin
+
+    try:
+        model = pin.buildModelFromXML(tree.reduced())
+    except (ValueError, RuntimeError) as error:
+        raise RobotError(f"is not a valid URDF: {error}") from error
+    for index, (inertia, placement) in enumerate(zip(model.inertias, model.jointPlacements, strict=True)):
+        numbers = np.concatenate([inertia.toDynamicParameters(), np.ravel(placement.homogeneous)])
+        if not np.isfinite(numbers).all():
+            raise RobotError(f"joint {model.names[index]}: its link or place has a number that is not finite")
+        if inertia.mass < 0.0:
+            raise RobotError(
+                f"joint {model.names[index]}: its link has a mass of {inertia.mass:g} kg, expected 0 or more"
+            )
+    return model
+
+
+def _limits(tree: UrdfTree, joints: tuple[str, ...], selection: Selection) -> dict[str, Array]:
+    """Return the limits (2, n) by quantity, infinite where the file gives none; those of followers narrow them."""
+    limits: dict[str, Array] = {}
+    for quantity in ("position", "velocity", "torque", "acceleration", "jerk"):
+        rows = [tree.joints[name].limits.get(quantity, UNLIMITED) for name in joints]
+        limits[quantity] = np.array(rows, dtype=np.float64).T
+    for name, follower in selection.followers.items():
+        column = joints.index(follower.driver)
+        for quantity in ("position", "velocity", "acceleration", "jerk"):
+            given = tree.joints[name].limits.get(quantity)
+            if given is None or follower.multiplier == 0.0:
+                continue
+            offset = follower.offset if quantity == "position" else 0.0
+            bounds = sorted((bound - offset) / follower.multiplier for bound in given)
+            narrowed = limits[quantity][:, column]
+            narrowed[:] = max(narrowed[0], bounds[0]), min(narrowed[1], bounds[1])
+            if narrowed[0] > narrowed[1]:
+                raise RobotError(f"joint {name!r} leaves no range to {follower.driver!r}, which it follows")
+    return limits
+
+
+def _default_tool(model: Any, tree: UrdfTree, joint: str) -> str:
+    import pinocchio as pin
+
+    number = model.getJointId(joint)
+    bodies = [
+        frame.name
+        for frame in model.frames
+        if frame.parentJoint == number and frame.type == pin.FrameType.BODY
+    ]
+    return default_tool(bodies, tree.joints[joint].child)

@@ -10,6 +10,7 @@ from ocp_traj.exceptions import InputError
 from ocp_traj.solvers.gradient.gradient import Gradient
 from ocp_traj.solvers.outcomes import join_outcomes, run_from_each
 from ocp_traj.solvers.population.counting import Counted
+from ocp_traj.solvers.population.explaining import explained
 from ocp_traj.solvers.population.population import Population
 from ocp_traj.solvers.solver import DEFAULT_BUDGET, Outcome, Request, Solver
 from ocp_traj.task import TrajectoryTask
@@ -90,4 +91,5 @@ class Hybrid(Solver):
         solution = replace(
             solution, build_time=solution.build_time + build_time, evaluations=solution.evaluations + spent
         )
-        return Outcome(nlp.decode(solution.x), solution, counts), problem
+        solution, diagnosis = explained(nlp, solution)
+        return Outcome(nlp.decode(solution.x), solution, counts, diagnosis), problem

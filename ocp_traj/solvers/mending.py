@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from metaheuristics import Status
 from ocp_traj.audit import Verdict, audit
+from ocp_traj.solvers.prepared import run_prepared
 from ocp_traj.solvers.solver import Outcome, Request, Solver
 from ocp_traj.task import Limits, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
@@ -64,8 +67,27 @@ def is_oversight(verdict: Verdict | None, status: Status) -> bool:
     return 1.0 < verdict.worst.ratio < 1.0 + LARGEST_OVERSIGHT
 
 
-def solve_tighter(solver: Solver, task: TrajectoryTask, ratio: float, request: Request) -> Outcome:
-    """Solve again with limits tightened by twice the excess; the outcome is of the tighter task.
+def draw_in(verdict: Verdict, before: Mapping[str, float]) -> dict[str, float]:
+    """Return by what fraction of itself each limit is drawn in: twice its excess more than before.
+
+    Parameters
+    ----------
+    verdict : Verdict
+        On the last motion found, against the task's own limits.
+    before : mapping
+        Fractions by name of the limits that motion was found within.
+    """
+    fractions = dict(before)
+    for extremum in verdict.limits.values():
+        if extremum.broken:
+            fractions[extremum.limit] = fractions.get(extremum.limit, 0.0) + 2.0 * (extremum.ratio - 1.0)
+    return fractions
+
+
+def solve_tighter(
+    solver: Solver, task: TrajectoryTask, fractions: Mapping[str, float], request: Request
+) -> Outcome:
+    """Solve again with broken limits drawn in; the outcome is of the tighter task.
 
     Parameters
     ----------
@@ -73,17 +95,26 @@ def solve_tighter(solver: Solver, task: TrajectoryTask, ratio: float, request: R
         Asked once more.
     task : TrajectoryTask
         With its own limits.
-    ratio : float
-        Largest value of the motion found, relative to its limit, above 1.
+    fractions : mapping
+        By name of the limit; see `draw_in`.
     request : Request
         What is left of budget and time, warm.
     """
-    return solver.run(task.changed(limits=tightened(task, 2.0 * (ratio - 1.0))), request)
+    return run_prepared(solver, task.changed(limits=tightened(task, fractions)), request)
 
 
-def tightened(task: TrajectoryTask, fraction: float) -> Limits:
-    """Return a task's limits drawn in by a fraction of themselves; positions not beyond the waypoints."""
-    tighter = {name: task.limits.get(name) * (1.0 - fraction) for name in task.limits.names}
+def tightened(task: TrajectoryTask, fractions: float | Mapping[str, float]) -> Limits:
+    """Return a task's limits drawn in by fractions of themselves; positions not beyond the waypoints.
+
+    Parameters
+    ----------
+    task : TrajectoryTask
+    fractions : number or mapping
+        The same for all limits, or by name.
+    """
+    given = fractions if isinstance(fractions, Mapping) else dict.fromkeys((*task.limits.names, "position"), fractions)
+    tighter = {name: task.limits.get(name) * (1.0 - given.get(name, 0.0)) for name in task.limits.names}
+    fraction = given.get("position", 0.0)
     position = task.limits.get("position")
     size = np.where(np.isfinite(position), np.abs(position), 0.0)
     bounded = np.isfinite(position).all(axis=1, keepdims=True)

@@ -29,6 +29,8 @@ def run_from_each(
 ) -> list[Outcome]:
     """Run a solver from several motions in turn, until budget or time is used up; there is always one outcome.
 
+    A run that would not end in time, were it as long as the longest so far, is not begun.
+
     Parameters
     ----------
     solver, task, request
@@ -40,13 +42,17 @@ def run_from_each(
     before : sequence of Outcome
         Of runs already made, which have spent a share of the budget; they come first in the answer.
     """
-    outcomes = list(before)
+    outcomes, longest = list(before), 0.0
     for start in starts:
         spent = sum(outcome.solution.evaluations for outcome in outcomes)
         left = request.less(spent, time.perf_counter() - begin)
         if outcomes and left.exhausted(SMALLEST_BUDGET):
             break
+        if outcomes and left.time_limit is not None and longest > left.time_limit:
+            break
+        started = time.perf_counter()
         outcomes.append(solver.run(task, replace(left, warm_start=start)))
+        longest = max(longest, time.perf_counter() - started)
     return outcomes
 
 

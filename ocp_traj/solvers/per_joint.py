@@ -141,13 +141,16 @@ def _joined(nlp: CondensedNlp, durations: Array, parts: list[Solution]) -> Solut
         seconds=[seconds],
         x=durations[None, :],
     )
+    ended = parts[0].status if parts else Status.FAILED
+    if ended is Status.INFEASIBLE:  # nothing found proves nothing
+        ended = Status.STALLED
     joints = ", ".join(f"{part.problem.name.rsplit(' ', 1)[1]}: {part.cost:.5g} s" for part in parts)
     return Solution(
         problem=nlp,
         x=durations,
         cost=float(evaluation.cost[0]),
         violation=evaluation.violation[0],
-        status=parts[0].status if parts else Status.FAILED,
+        status=ended,
         message=f"Joints apart, synchronised by the largest duration per segment (each joint alone: {joints}).",
         history=history,
     ).paying_for(parts)

@@ -15,7 +15,7 @@ from typing import Any, cast
 
 from metaheuristics.algorithms.registry import Method, registry
 from metaheuristics.settings import check_settings
-from ocp_traj.exceptions import InputError, UnavailableError, UnknownNameError
+from ocp_traj.exceptions import InputError, UnavailableError, UnknownNameError, did_you_mean
 from ocp_traj.solvers.solver import Solver
 from ocp_traj.task import TrajectoryTask
 
@@ -217,7 +217,10 @@ def _load(name: str) -> tuple[type[Solver], dict[str, Any]]:
     if entry is None:
         points = _entry_points()
         if name not in points:
-            raise UnknownNameError(f"solver {name!r} is unknown, expected one of {', '.join(solver_names())}")
+            known = solver_names()
+            raise UnknownNameError(
+                f"solver {name!r} is unknown, expected one of {', '.join(known)}{did_you_mean(name, known)}"
+            )
         try:
             cls = points[name].load()
         except Exception as error:  # somebody else's package: whatever it raises is the reason we report

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from metaheuristics.solution import Status
-from ocp_traj.exceptions import UnknownNameError
+from ocp_traj.exceptions import UnknownNameError, did_you_mean
 
 if TYPE_CHECKING:
     from metaheuristics import Solution
@@ -132,7 +132,8 @@ class Solver(ABC):
         known = [entry.name for entry in own if not is_dataclass(entry.default)]
         unknown = set(settings) - set(known)
         if unknown:
+            hint = did_you_mean(min(unknown), known)
             raise UnknownNameError(
-                f"{cls.__name__} has no setting {min(unknown)!r}, expected one of {', '.join(known) or 'none'}"
+                f"{cls.__name__} has no setting {min(unknown)!r}, expected one of {', '.join(known) or 'none'}{hint}"
             )
         return cls(**settings)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import overload
 
-from ocp_traj.exceptions import TaskError, UnknownNameError
+from ocp_traj.exceptions import TaskError, UnknownNameError, did_you_mean
 from ocp_traj.spline.family import Family, Piece, SplinePart
 from ocp_traj.spline.interpolation import EndConditions
 from ocp_traj.spline.three_five_three import ThreeFiveThree
@@ -39,7 +39,10 @@ def get_family(family: Family | str) -> Family:
     if isinstance(family, Family):
         return family
     if not isinstance(family, str) or family not in FAMILIES:
-        raise UnknownNameError(f"spline family {family!r} is unknown, expected one of {', '.join(FAMILIES)}")
+        hint = did_you_mean(str(family), FAMILIES)
+        raise UnknownNameError(
+            f"spline family {family!r} is unknown, expected one of {', '.join(FAMILIES)}{hint}"
+        )
     return FAMILIES[family]
 
 
@@ -69,6 +72,23 @@ class FamilyField:
             task.__dict__["family"] = get_family(family)
         except UnknownNameError as error:
             raise TaskError("spline.family", str(error).removeprefix("spline family ")) from None
+
+
+class KnotsField:
+    """Field of a task: virtual knots per gap; None takes the default of the task's family, set before."""
+
+    @overload
+    def __get__(self, task: None, owner: type) -> None: ...
+    @overload
+    def __get__(self, task: object, owner: type) -> int: ...
+    def __get__(self, task: object | None, owner: type) -> int | None:
+        """Return the virtual knots of a task."""
+        return None if task is None else task.__dict__["virtual_knots"]
+
+    def __set__(self, task: object, count: int | None) -> None:
+        """Set the virtual knots of a task."""
+        default = task.__dict__["family"].default_virtual_knots
+        task.__dict__["virtual_knots"] = default if count is None else count
 
 
 __all__ = [

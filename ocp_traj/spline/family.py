@@ -79,6 +79,8 @@ class Family(ABC):
     takes_end_conditions : bool
         Whether a task may give or free end accelerations and jerks otherwise than by default.
     least_waypoints : int
+    default_virtual_knots : int
+        Virtual knots per gap of a task that names none.
     first_virtual_knots : int
         Virtual knots per gap from whose motion a gradient solver continues to more.
     """
@@ -90,6 +92,7 @@ class Family(ABC):
     takes_virtual_knots: ClassVar[bool] = True
     takes_end_conditions: ClassVar[bool] = True
     least_waypoints: ClassVar[int] = 2
+    default_virtual_knots: ClassVar[int] = 0
     first_virtual_knots: ClassVar[int] = 0
 
     def __eq__(self, other: object) -> bool:
@@ -110,8 +113,22 @@ class Family(ABC):
 
     @property
     def end_orders(self) -> tuple[int, ...]:
-        """Orders of the derivatives that vanish at both ends unless a task says otherwise: 1 to (p - 1) / 2."""
+        """Orders of the derivatives that the plain spline through the waypoints has zero at its ends: 1 to (p-1)/2."""
         return tuple(range(1, (self.degree + 1) // 2))
+
+    def default_end_orders(self, gaps: int, virtual_knots: int, jerk_limited: bool) -> tuple[int, ...]:
+        """Return the orders of the derivatives that vanish at both ends of a task that says nothing of them.
+
+        Parameters
+        ----------
+        gaps : int
+            Between waypoints.
+        virtual_knots : int
+            Per gap.
+        jerk_limited : bool
+            Whether any joint has a limit of its jerk.
+        """
+        return self.end_orders
 
     @property
     def has_lifted_form(self) -> bool:

@@ -30,13 +30,22 @@ class UniformFamily(Family):
 
 
 class Cubic(UniformFamily):
-    """Cubic splines: C2, piecewise constant jerk (paper C; clamped, end accelerations free by default)."""
+    """Cubic splines: C2, piecewise constant jerk (paper C; clamped, with three virtual knots per gap by default).
+
+    End accelerations are zero by default where jerk is limited and there are knots enough for it, else free.
+    """
 
     name = "cubic"
     degree = 3
     continuity = 2
-    smoothness = "acceleration continuous; end accelerations free unless given"
+    smoothness = "acceleration continuous; end accelerations zero by default where jerk is limited, else free"
+    default_virtual_knots = 3
     first_virtual_knots = 1
+
+    def default_end_orders(self, gaps: int, virtual_knots: int, jerk_limited: bool) -> tuple[int, ...]:
+        """Return 1 and 2 where jerk is limited and the knots leave enough freedom, else 1."""
+        enough = gaps * (virtual_knots + 1) > 2 and virtual_knots > 0
+        return (1, 2) if jerk_limited and enough else self.end_orders
 
     def least_share(self, virtual_knots: int, still: bool) -> float:
         """Return the least fraction; with two knots or more the guess comes from a solution with fewer."""

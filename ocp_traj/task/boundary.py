@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -10,7 +11,6 @@ import numpy as np
 from ocp_traj.arrays import ArrayLike, read_only
 from ocp_traj.exceptions import TaskError
 from ocp_traj.quantities import RATES
-from ocp_traj.spline import Family
 from ocp_traj.task.checks import numbers
 
 
@@ -18,8 +18,8 @@ from ocp_traj.task.checks import numbers
 class Boundary:
     """Start and end of the motion: (2, n) rows [start, end]; ``None`` leaves a derivative free.
 
-    ``"default"`` is the family's own: acceleration free for cubic and zero otherwise, jerk zero for septic and
-    free otherwise (see `Family.end_orders`).
+    ``"default"`` is the family's own (see `Family.default_end_orders`): acceleration zero, but free for a cubic
+    without a jerk limit, without virtual knots, or with two waypoints and one knot; jerk zero for septic, else free.
 
     Parameters
     ----------
@@ -32,12 +32,20 @@ class Boundary:
     acceleration: ArrayLike | None | Literal["default"] = "default"
     jerk: ArrayLike | None | Literal["default"] = "default"
 
-    def expanded(self, family: Family, n: int) -> Boundary:
-        """Return boundary conditions with (2, n) arrays, or None where free."""
+    def expanded(self, end_orders: Collection[int], n: int) -> Boundary:
+        """Return boundary conditions with (2, n) arrays, or None where free.
+
+        Parameters
+        ----------
+        end_orders : collection of int
+            Orders of the derivatives that are zero by default.
+        n : int
+            Joints.
+        """
         values: dict[str, Any] = {}
         for order, name in enumerate(RATES, start=1):
             given = getattr(self, name)
-            default = 0.0 if order in family.end_orders else None
+            default = 0.0 if order in end_orders else None
             value = default if isinstance(given, str) else given
             if value is None:
                 values[name] = None

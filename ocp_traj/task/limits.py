@@ -22,7 +22,8 @@ class Limits:
 
     Every entry is a number (symmetric, all joints), n numbers (symmetric), a (2, n) array [lower, upper], or a
     (G, 2, n) array, one block a gap between waypoints. ``None`` leaves it to the robot (position, velocity,
-    torque) or unlimited; ``inf`` is explicitly unlimited. Inside a task every entry is (G, 2, n).
+    acceleration, jerk, torque, where it has them) or unlimited; ``inf`` is explicitly unlimited. Inside a task every
+    entry is (G, 2, n).
 
     Parameters
     ----------
@@ -89,8 +90,12 @@ class Limits:
 
 
 def default_limits(name: str, n: int, robot: Robot | None) -> Array:
-    """Return the (2, n) limits that hold where a task gives none: the robot's, else infinite ones."""
-    if robot is not None and JOINT_LIMITS[name].from_robot:
+    """Return the (2, n) limits that hold where a task gives none: the robot's, else infinite ones.
+
+    Efforts of a description without masses limit nothing, since its torques are not known.
+    """
+    row = JOINT_LIMITS[name]
+    if robot is not None and row.from_robot and (robot.has_inertia or not row.needs_inertia):
         return getattr(robot, f"{name}_limits")
     return symmetric(np.inf, n)
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ocp_traj.arrays import Array, ArrayLike, read_only
-from ocp_traj.exceptions import TaskError
+from ocp_traj.exceptions import TaskError, did_you_mean
 from ocp_traj.quantities import COSTS, JOINT_LIMITS
-from ocp_traj.spline import FamilyField
+from ocp_traj.spline import FamilyField, KnotsField
 from ocp_traj.task.boundary import Boundary
 from ocp_traj.task.checks import check_family, check_waypoints, numbers
 from ocp_traj.task.custom import CustomConstraint
@@ -36,8 +36,8 @@ class TrajectoryTask:
         Without it the problem is purely kinematic.
     family : Family or str
         ``"cubic"``, ``"quintic"``, ``"septic"``, ``"3-5-3"``, or a `Family` of one's own; the task holds the family.
-    virtual_knots : int
-        Free knots added inside every gap between waypoints.
+    virtual_knots : int, optional
+        Free knots added inside every gap between waypoints; default 3 for cubic, 0 for the other families.
     boundary : Boundary
     objective : Objective
     search : Search
@@ -58,7 +58,7 @@ class TrajectoryTask:
     limits: Limits = field(default_factory=Limits)
     robot: Robot | None = None
     family: FamilyField = FamilyField("cubic")  # noqa: RUF009 (a descriptor)
-    virtual_knots: int = 0
+    virtual_knots: KnotsField = KnotsField()  # noqa: RUF009 (a descriptor)
     boundary: Boundary = field(default_factory=Boundary)
     objective: Objective = field(default_factory=Objective)
     search: Search = field(default_factory=Search)
@@ -73,20 +73,17 @@ class TrajectoryTask:
         n = waypoints.shape[1]
         gaps = len(waypoints) - 1
         if self.robot is not None and self.robot.n != n:
-            raise TaskError(
-                "waypoints",
-                f"rows have {n} numbers, expected {self.robot.n}, the joints of {self.robot.name}",
-            )
+            raise TaskError("waypoints", self.robot.row_problem(n))
         check_family(self.family, self.virtual_knots, len(waypoints))
         tolerance = numbers("waypoints.tolerance", self.tolerance)
         if tolerance.shape not in ((), (n,), waypoints.shape) or not (tolerance >= 0).all():
             raise TaskError(
                 "waypoints.tolerance", f"expected one, {n} or {waypoints.shape} numbers of 0 or more"
             )
+        object.__setattr__(self, "limits", self.limits.expanded(gaps, n, self.robot))
         values = {
             "waypoints": waypoints,
-            "limits": self.limits.expanded(gaps, n, self.robot),
-            "boundary": self.boundary.expanded(self.family, n),
+            "boundary": self.boundary.expanded(self._default_end_orders(gaps), n),
             "objective": self.objective.expanded(gaps),
             "search": self.search.expanded(),
             "tolerance": read_only(np.broadcast_to(tolerance, waypoints.shape)),
@@ -127,20 +124,30 @@ class TrajectoryTask:
         return [name for name, row in JOINT_LIMITS.items() if row.needs_inertia and self.limited(name)]
 
     def changed(self, **changes: Any) -> TrajectoryTask:
-        """Return a copy with other fields, checked again; for instance ``task.changed(virtual_knots=3)``."""
+        """Return a copy with other fields, checked again; for instance ``task.changed(virtual_knots=3)``.
+
+        What has its default value and is not named takes the default of what is changed: virtual knots those of
+        another family, end accelerations and jerks those of another family, jerk limit or number of knots.
+        """
         known = {entry.name for entry in fields(self)}
         unknown = set(changes) - known
         if unknown:
             raise TaskError(
-                min(unknown), f"is no field of a task, expected one of {', '.join(sorted(known))}"
+                min(unknown),
+                f"is no field of a task, expected one of {', '.join(sorted(known))}{did_you_mean(min(unknown), known)}",
             )
-        if "family" in changes and "boundary" not in changes and self._has_default_boundary():
+        if "boundary" not in changes and self._has_default_boundary():
             changes["boundary"] = Boundary(self.boundary.velocity)
+        if "family" in changes and self.virtual_knots == self.family.default_virtual_knots:
+            changes.setdefault("virtual_knots", None)
         return replace(self, **changes)
 
+    def _default_end_orders(self, gaps: int) -> tuple[int, ...]:
+        return self.family.default_end_orders(gaps, self.virtual_knots, self.limited("jerk"))
+
     def _has_default_boundary(self) -> bool:
-        """Return whether end accelerations and jerks are the family's own, so that another family brings its own."""
-        own = Boundary(self.boundary.velocity).expanded(self.family, self.n)
+        """Return whether end accelerations and jerks are those by default, so that a change brings its own."""
+        own = Boundary(self.boundary.velocity).expanded(self._default_end_orders(self.gaps), self.n)
         pairs = ((own.acceleration, self.boundary.acceleration), (own.jerk, self.boundary.jerk))
         return all(
             mine is given is None or (mine is not None and given is not None and np.array_equal(mine, given))
@@ -184,6 +191,6 @@ class TrajectoryTask:
         if free < conditions:
             raise TaskError(
                 "spline.virtual_knots",
-                f"{self.virtual_knots} leaves {free} free coefficients a joint for {conditions} conditions; "
-                "expected more virtual knots or fewer boundary conditions",
+                f"{self.virtual_knots} leaves fewer free coefficients than conditions, {free} against {conditions} per "
+                "joint; expected more virtual knots or fewer boundary conditions",
             )

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from ocp_traj.exceptions import InputError
 from ocp_traj.task import TrajectoryTask
+from ocp_traj.task.preparing import prepare
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
 from ocp_traj.transcription.condensed.encodings import Encoding
-from ocp_traj.transcription.curve import build_trajectory, trajectory_from_durations
+from ocp_traj.transcription.curve import (
+    build_trajectory,
+    trajectory_from_durations,
+)
 from ocp_traj.transcription.guess import initial_guess, insert_knots
 from ocp_traj.transcription.lifted.lifted import ExtraPoints, LiftedNlp
 from ocp_traj.transcription.nlp import Nlp
@@ -40,19 +44,22 @@ def transcribe(
     Returns
     -------
     Nlp
-        A `metaheuristics.Problem` with symbols ``x``, ``f``, ``g`` and labelled rows.
+        A `metaheuristics.Problem` with symbols ``x``, ``f``, ``g`` and labelled rows, of the task made ready
+        (`ocp_traj.task.prepare`); `Nlp.decode` gives motions of the task itself.
 
     Raises
     ------
     InputError
         The form or the encoding is unknown, or the family has no such form.
     """
+    prepared = prepare(task)
+    ready = prepared.task
     if form == "condensed":
-        return CondensedNlp(task, encoding=encoding, samples=samples, offsets=offsets)
+        return CondensedNlp(ready, encoding=encoding, samples=samples, offsets=offsets).restoring(prepared)
     if form == "lifted":
         if not task.family.has_lifted_form:
             raise InputError(f"{task.family} has the condensed form only, expected form 'condensed'")
-        return LiftedNlp(task, initial_guess(task), samples, ExtraPoints())
+        return LiftedNlp(ready, initial_guess(ready), samples, ExtraPoints()).restoring(prepared)
     raise InputError(f"form {form!r} is unknown, expected one of {', '.join(FORMS)}")
 
 

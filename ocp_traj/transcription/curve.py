@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from ocp_traj.arrays import Array, ArrayLike
-from ocp_traj.exceptions import InputError
+from ocp_traj.exceptions import InputError, TaskError
 from ocp_traj.quantities import RATES
 from ocp_traj.spline import EndConditions, Piece
-from ocp_traj.task import TrajectoryTask
+from ocp_traj.task import Boundary, TrajectoryTask
+from ocp_traj.task.preparing import merged, passed_once
 from ocp_traj.trajectory import Trajectory
 
 
@@ -92,11 +93,12 @@ def trajectory_from_durations(task: TrajectoryTask, durations: ArrayLike) -> Tra
     ----------
     task : TrajectoryTask
     durations : (K - 1,) s
+        0 between equal waypoints that are passed once.
 
     Raises
     ------
     InputError
-        Their number is wrong, or one is not positive.
+        Their number is wrong, or one is not positive between waypoints that are two.
 
     Examples
     --------
@@ -111,7 +113,18 @@ def trajectory_from_durations(task: TrajectoryTask, durations: ArrayLike) -> Tra
     h = np.asarray(durations, dtype=np.float64)
     if h.shape != (task.gaps,):
         raise InputError(f"{h.size} durations given, expected {task.gaps}, one a gap between waypoints")
-    if not (np.isfinite(h).all() and (h > 0).all()):
+    once = passed_once(task) & (h == 0)
+    if not (np.isfinite(h).all() and (once | (h > 0)).all()):
         raise InputError(f"durations {h.tolist()} given, expected positive numbers")
-    bare = task if task.virtual_knots == 0 else task.changed(virtual_knots=0)
-    return build_trajectory(bare, h, np.asarray(task.waypoints))
+    ready = merged(without_virtual_knots(task), once)
+    return ready.restored(build_trajectory(ready.task, h[ready.kept], np.asarray(ready.task.waypoints)))
+
+
+def without_virtual_knots(task: TrajectoryTask) -> TrajectoryTask:
+    """Return a task without virtual knots; its end conditions are the default ones where knots served the others."""
+    if task.virtual_knots == 0:
+        return task
+    try:
+        return task.changed(virtual_knots=0)
+    except TaskError:
+        return task.changed(virtual_knots=0, boundary=Boundary(task.boundary.velocity))

@@ -10,6 +10,9 @@ import numpy as np
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.transcription.nlp import RowBlock
 
+NEAR = 2.0
+"""Bounds whose ratio is at most this share a row."""
+
 
 @dataclass(frozen=True, eq=False)
 class DurationRow:
@@ -32,15 +35,28 @@ class DurationRow:
 
 
 def duration_rows(task: TrajectoryTask) -> list[DurationRow]:
-    """Return the rows of the total duration and of the durations of gaps that have a bound."""
+    """Return the rows of the total duration and of the durations of gaps that have bounds."""
     segments = np.arange(task.gaps * (task.virtual_knots + 1)).reshape(task.gaps, -1)
     intervals = [(segments.ravel(), np.asarray(task.objective.duration), 0)]
     intervals += zip(segments, np.asarray(task.objective.gap_durations), range(task.gaps))
     rows = []
     for columns, (low, high), gap in intervals:
-        if low > 0 or np.isfinite(high):
-            scale = float(high if np.isfinite(high) else low)
-            label = RowBlock("duration", np.array([-1]), np.array([gap]), np.array([0.0]))
-            lower = float(low) / scale if low > 0 else -np.inf
-            rows.append(DurationRow(columns, scale, lower, float(high) / scale, label))
+        label = RowBlock("duration", np.array([-1]), np.array([gap]), np.array([0.0]))
+        for scale, lower, upper in _sides(float(low), float(high)):
+            rows.append(DurationRow(columns, scale, lower, upper, label))
     return rows
+
+
+def _sides(low: float, high: float) -> list[tuple[float, float, float]]:
+    """Return scale, lower and upper bound of the rows of one interval: a row per side, in units of its own bound.
+
+    In units of the other bound an excess over a side means nothing where the two are far apart.
+    """
+    if low > 0 and high <= NEAR * low:
+        return [(high, low / high, 1.0)]
+    sides = []
+    if low > 0:
+        sides.append((low, 1.0, np.inf))
+    if np.isfinite(high):
+        sides.append((high, -np.inf, 1.0))
+    return sides

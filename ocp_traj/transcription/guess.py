@@ -49,13 +49,21 @@ def initial_guess(task: TrajectoryTask, durations: Array | None = None) -> Traje
 
 
 def _smooth(task: TrajectoryTask, durations: Array) -> Trajectory:
+    """Return the spline through the waypoints, slowed into its limits where it is at rest at its ends.
+
+    The total comes into its bounds first, then each gap into its own.
+    """
     curve = build_trajectory(task, durations, np.asarray(task.waypoints))
-    if not task.boundary.is_rest:
+    if task.boundary.is_rest:
+        scale = kinematic_scale(task, curve)
+        low, high = np.asarray(task.objective.duration)
+        total = np.clip(curve.duration * max(scale, 1e-12), low, high)
+        curve = curve.scaled(float(total / curve.duration))
+    bounds = np.asarray(task.objective.gap_durations)
+    gaps = np.clip(curve.segment_durations, bounds[:, 0], bounds[:, 1])
+    if (gaps == curve.segment_durations).all():
         return curve
-    scale = kinematic_scale(task, curve)
-    low, high = np.asarray(task.objective.duration)
-    total = np.clip(curve.duration * max(scale, 1e-12), low, high)
-    return curve.scaled(float(total / curve.duration))
+    return build_trajectory(task, gaps, np.asarray(task.waypoints))
 
 
 def kinematic_scale(task: TrajectoryTask, trajectory: Trajectory) -> float:

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import copy
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from metaheuristics import Evaluation, Problem
 from ocp_traj.arrays import Array, read_only
 from ocp_traj.task import TrajectoryTask
+from ocp_traj.task.preparing import PreparedTask
 from ocp_traj.trajectory import Trajectory
 
 Symbol = Any
 """A CasADi expression, MX or SX; CasADi itself has no types."""
+
+NlpT = TypeVar("NlpT", bound="Nlp")
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,8 @@ class Nlp(Problem):
     g_lower, g_upper : (m,)
     guess : (d,)
     rows : list of RowBlock
+    preparation : PreparedTask or None
+        The way back to the task that was asked for, where `task` is that one made ready.
     """
 
     form: str
@@ -79,15 +85,26 @@ class Nlp(Problem):
         self.g_lower = read_only(g_lower)
         self.g_upper = read_only(g_upper)
         self.rows = rows
+        self.preparation: PreparedTask | None = None
 
     x: Symbol
     f: Symbol
     g: Symbol
     derivatives: dict[str, Any]
 
-    @abstractmethod
+    def restoring(self: NlpT, preparation: PreparedTask) -> NlpT:
+        """Return the same problem, whose motions and labels are those of the task it was made ready from."""
+        restoring = copy.copy(self)
+        restoring.preparation = preparation
+        return restoring
+
     def decode(self, x: Array) -> Trajectory:
-        """Return the exact trajectory that variables x (d,) stand for."""
+        """Return the exact trajectory that variables x (d,) stand for, of the task that was asked for."""
+        return self.motion(x) if self.preparation is None else self.preparation.restored(self.motion(x))
+
+    @abstractmethod
+    def motion(self, x: Array) -> Trajectory:
+        """Return the exact trajectory that variables x (d,) stand for, of `task`."""
 
     def label(self, row: int) -> str:
         """Return the words for one constraint row, such as ``torque, joint 3, gap 2, 0.42``."""
@@ -95,7 +112,8 @@ class Nlp(Problem):
         for block in self.rows:
             if index < len(block):
                 joint = f", joint {block.joint[index] + 1}" if block.joint[index] >= 0 else ""
-                return f"{block.limit}{joint}, gap {block.gap[index] + 1}, {block.fraction[index]:.2f}"
+                label = f"{block.limit}{joint}, gap {block.gap[index] + 1}, {block.fraction[index]:.2f}"
+                return label if self.preparation is None else self.preparation.in_original_numbers(label)
             index -= len(block)
         raise IndexError(f"row {row} of {sum(map(len, self.rows))}")
 

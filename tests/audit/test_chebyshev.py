@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.polynomial import chebyshev as reference
 
-from ocp_traj.audit import chebyshev
-from ocp_traj.audit.chebyshev import DEGREE
+from ocp_traj.audit.numerics import chebyshev
+from ocp_traj.audit.numerics.chebyshev import DEGREE
 
 
 def random_series(seed: int, rows: int = 40) -> np.ndarray:

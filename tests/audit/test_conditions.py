@@ -12,15 +12,16 @@ import numpy as np
 import pytest
 
 from helpers.audit_motions import clamped_cubic, pendulum
-from ocp_traj.audit import audit, chebyshev, conditions
+from ocp_traj.audit import audit, conditions
 from ocp_traj.audit.conditions import boundary_miss, waypoint_miss
 from ocp_traj.audit.motion import Motion
+from ocp_traj.audit.numerics import chebyshev
 from ocp_traj.audit.torque import relative_bound, torque_curve
 from ocp_traj.audit.verdict import Extremum
 from ocp_traj.audit.waypoints import with_waypoint_times
 from ocp_traj.exceptions import InputError
 from ocp_traj.robot import load_robot
-from ocp_traj.task import CustomConstraint, Limits, TrajectoryTask
+from ocp_traj.task import CustomConstraint, Limits, Objective, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
 UNIT = clamped_cubic(np.array([[0.0], [1.0]]), np.array([1.0]))
@@ -63,7 +64,7 @@ def test_a_waypoint_is_missed_if_either_piece_misses_it(before: float, after: fl
 
 def test_no_slowing_mends_a_jump_whatever_else_is_kept() -> None:
     motion = Trajectory([0.0, 0.5, 1.0], [[[0.0, 0.0, 2.0]], [[0.5, 2.0, -2.0]]], [0.0, 1.0])
-    verdict = audit(TrajectoryTask([[0.0], [1.0]], Limits(velocity=3.0, jerk=1.0)), motion)
+    verdict = audit(TrajectoryTask([[0.0], [1.0]], Limits(velocity=3.0, jerk=1.0), virtual_knots=0), motion)
     assert np.isfinite(verdict.limits["velocity"].ratio)
     assert np.isinf(verdict.limits["jerk"].ratio)
     assert len(verdict.findings) == 1
@@ -75,9 +76,14 @@ def test_the_travel_is_that_of_the_joint_that_moves_most() -> None:
     assert Motion.of(motion).travel == pytest.approx(max(np.ptp(motion(np.linspace(0, 2, 20001)), axis=0)))
 
 
-def test_equal_waypoints_cannot_be_passed_at_one_time() -> None:
+def test_equal_waypoints_are_passed_at_one_time_unless_their_gap_has_a_duration() -> None:
+    waypoints = [[0.0], [0.5], [0.5], [1.0]]
+    found = with_waypoint_times(TrajectoryTask(waypoints), UNIT)
+    assert found.waypoint_times == pytest.approx([0.0, 0.5, 0.5, 1.0], abs=1e-9)
+    assert found.waypoint_times[1] == found.waypoint_times[2]
+    bounded = Objective(gap_durations=[[0.0, 9.0], [0.1, 9.0], [0.0, 9.0]])
     with pytest.raises(InputError, match="cannot be told from its shape"):
-        with_waypoint_times(TrajectoryTask([[0.0], [0.5], [0.5], [1.0]]), UNIT)
+        with_waypoint_times(TrajectoryTask(waypoints, objective=bounded), UNIT)
 
 
 def test_a_waypoint_passed_while_the_motion_rests_at_its_start_or_end_is_found() -> None:
@@ -149,9 +155,9 @@ def caught_tolerances(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     caught: list[Any] = []
     fit = chebyshev.fit
 
-    def catching(*arguments: Any) -> Any:
+    def catching(*arguments: Any, **settings: Any) -> Any:
         caught.append(arguments[4])
-        return fit(*arguments)
+        return fit(*arguments, **settings)
 
     monkeypatch.setattr(chebyshev, "fit", catching)
     return caught

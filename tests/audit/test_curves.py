@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from helpers.audit_motions import INERTIA, clamped_cubic, pendulum
-from ocp_traj.audit import audit, chebyshev
+from ocp_traj.audit import audit
+from ocp_traj.audit.numerics import chebyshev
 from ocp_traj.exceptions import InputError
 from ocp_traj.robot import Robot, load_robot
 from ocp_traj.task import CustomConstraint, Limits, TrajectoryTask

@@ -21,7 +21,7 @@ def unit_cubic() -> Trajectory:
 
 
 def test_a_rest_to_rest_cubic_has_its_known_peaks() -> None:
-    task = TrajectoryTask([[0.0], [1.0]], Limits(velocity=1.5, acceleration=3.0, jerk=3.0))
+    task = TrajectoryTask([[0.0], [1.0]], Limits(velocity=1.5, acceleration=3.0, jerk=3.0), virtual_knots=0)
     verdict = audit(task, unit_cubic())
     assert verdict.feasible
     assert verdict.findings == ()
@@ -123,7 +123,7 @@ def test_every_broken_limit_and_joint_gets_its_sentence(tmp_path: Path) -> None:
     limits = Limits(
         velocity=0.5, acceleration=1.0, jerk=1.0, torque=9.0, torque_rate=1.0, position=[[-1.0], [1.0]]
     )
-    task = TrajectoryTask([[0.0], [1.0]], limits, robot=pendulum(tmp_path))
+    task = TrajectoryTask([[0.0], [1.0]], limits, robot=pendulum(tmp_path), virtual_knots=0)
     verdict = audit(task, unit_cubic())
     assert [finding.split(":")[0] for finding in verdict.findings] == [
         "velocity",
@@ -193,6 +193,12 @@ def test_a_trajectory_with_other_joints_or_waypoints_is_refused() -> None:
     three = clamped_cubic(np.array([[0.0], [1.0], [2.0]]), np.array([1.0, 1.0]))
     with pytest.raises(InputError, match="the trajectory passes 3 waypoints, expected 4"):
         audit(TrajectoryTask([[0.0], [1.0], [1.5], [2.0]]), three)
+
+
+def test_a_degree_that_samples_could_not_see_is_refused() -> None:
+    high = Trajectory([0.0, 1.0], np.zeros((1, 1, 32)), [0.0, 1.0])
+    with pytest.raises(InputError, match="the trajectory has degree 31, expected at most 30"):
+        audit(TrajectoryTask([[0.0], [0.0]]), high)
 
 
 def test_joints_may_be_permuted() -> None:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.interpolate import PPoly
 
 from helpers.audit_motions import clamped_cubic, random_pieces, random_spline
 from ocp_traj.audit import audit
-from ocp_traj.audit.kinematics import kinematic_peaks
+from ocp_traj.audit.kinematics import changes_of, kinematic_peaks
 from ocp_traj.audit.motion import Motion
-from ocp_traj.audit.polynomials import candidate_points, evaluate, roots_in_unit_interval
+from ocp_traj.audit.numerics.polynomials import candidate_points, evaluate, roots_in_unit_interval
 from ocp_traj.quantities import DERIVATIVES
 from ocp_traj.task import Boundary, Limits, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
@@ -58,7 +60,9 @@ def compare_with_brute_force(trajectory: Trajectory, seconds: float, rng: np.ran
     scaled_limits = {name: limits[name] / seconds**order for order, name in enumerate(DERIVATIVES)}
     task = TrajectoryTask(waypoints, Limits(**scaled_limits))
     motion = Motion.of(trajectory.scaled(seconds))
-    peaks = {(peak.limit, peak.joint): peak for peak in kinematic_peaks(task, motion)}
+    nothing = np.zeros((len(motion.starts), motion.n), dtype=bool)
+    strict = replace(changes_of(task, motion), forgiven=(nothing,) * 3)
+    peaks = {(peak.limit, peak.joint): peak for peak in kinematic_peaks(task, motion, strict)}
     assert len(peaks) == 4 * trajectory.n
     gaps = Motion.of(trajectory).gaps
     for order, name in enumerate(DERIVATIVES):

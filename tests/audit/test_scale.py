@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from helpers.audit_motions import INERTIA, clamped_cubic, pendulum, random_spline
-from ocp_traj.audit import Verdict, audit
+from ocp_traj.audit import Verdict, audit, scale
 from ocp_traj.robot import Robot, load_robot
 from ocp_traj.robot.additions import Friction
 from ocp_traj.task import Boundary, CustomConstraint, Limits, Objective, TrajectoryTask
@@ -178,3 +178,56 @@ def test_a_users_constraint_sets_the_scale() -> None:
     never = CustomConstraint("reach", ca.Function("reach", symbols, [symbols[0]]), upper=0.5)
     task = TrajectoryTask([[0.0], [1.0]], Limits(velocity=9.0), constraints=(never,))
     assert audit(task, trajectory).smallest_feasible_scale is None
+
+
+def brutelargest_allowed(polynomials: np.ndarray, fastest: float) -> float:
+    """Return the largest x of a fine grid at which no polynomial is above 0."""
+    x = np.linspace(0.0, fastest, 20_001)
+    above = np.zeros(x.size, dtype=bool)
+    for row in polynomials:
+        above |= np.polynomial.polynomial.polyval(x, row) > 0
+    allowed = x[~above]
+    return float(allowed.max()) if allowed.size else 0.0
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("rows", [3, 130])
+def test_the_largest_allowed_speed_is_that_of_a_fine_grid(seed: int, rows: int) -> None:
+    rng = np.random.default_rng(seed)
+    polynomials = rng.normal(size=(rows, 3))
+    polynomials[:, 0] = -rng.uniform(0.0, 3.0, rows)
+    cubics = np.column_stack([-rng.uniform(0.1, 3.0, rows), rng.normal(size=(rows, 3))])
+    fastest = float(rng.uniform(0.5, 4.0))
+    found = scale.largest_allowed([polynomials, cubics], fastest, 0.0)
+    both = np.concatenate([np.pad(polynomials, ((0, 0), (0, 1))), cubics])
+    expected = brutelargest_allowed(both, fastest)
+    assert (found or 0.0) == pytest.approx(expected, abs=2e-4 * fastest)
+    if found is not None:
+        assert scale.largest_allowed([both], fastest, found * 1.001) is None
+        assert scale.largest_allowed([both], fastest, found) == pytest.approx(found, rel=1e-12)
+
+
+def wave(frequency: float, upper: float) -> CustomConstraint:
+    symbols = [ca.SX.sym(name) for name in ("q", "v", "a", "tau")]
+    return CustomConstraint("wave", ca.Function("wave", symbols, [ca.sin(frequency * symbols[1])]), upper=upper)
+
+
+def test_a_limit_that_varies_fast_is_passed_over_where_it_is_not_resolved() -> None:
+    """Without limits on speed the search began at a motion a million times as fast, and did not return."""
+    trajectory = clamped_cubic(np.array([[0.0], [1.0]]), np.array([1.0]))
+    task = TrajectoryTask([[0.0], [1.0]], constraints=(wave(300.0, 0.5),))
+    verdict = audit(task, trajectory)
+    assert not verdict.feasible
+    found = verdict.smallest_feasible_scale
+    # sin(300 v) first reaches 1/2 at pi / 1800 rad/s
+    assert found == pytest.approx(1.5 * 1800.0 / np.pi, rel=1e-6)
+
+
+def test_a_feasible_motion_is_never_told_to_slow_down(monkeypatch: pytest.MonkeyPatch) -> None:
+    trajectory = clamped_cubic(np.array([[0.0], [1.0]]), np.array([1.0]))
+    task = TrajectoryTask([[0.0], [1.0]], Limits(velocity=2.0), constraints=(wave(30.0, 1.5),))
+    monkeypatch.setattr(scale, "_SEGMENTS_ASKED", 0)
+    verdict = audit(task, trajectory)
+    assert verdict.feasible
+    assert verdict.smallest_feasible_scale is not None
+    assert verdict.smallest_feasible_scale <= 1.0

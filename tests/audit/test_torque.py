@@ -9,13 +9,14 @@ import pinocchio as pin
 import pytest
 
 from helpers.audit_motions import INERTIA, clamped_cubic, pendulum
-from ocp_traj.audit import audit, chebyshev
+from ocp_traj.audit import audit
 from ocp_traj.audit.motion import Motion
+from ocp_traj.audit.numerics import chebyshev
 from ocp_traj.audit.torque import relative_bound, torque_curve
 from ocp_traj.exceptions import InputError
 from ocp_traj.robot import Robot, load_robot
 from ocp_traj.robot.additions import Friction
-from ocp_traj.task import Limits, TrajectoryTask
+from ocp_traj.task import Boundary, Limits, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
 
@@ -220,3 +221,37 @@ def test_many_short_pieces_have_the_torques_of_the_whole(ur5: Robot) -> None:
     whole, parts = audit(task, trajectory).limits["torque"], audit(task, cut).limits["torque"]
     assert parts.ratio == pytest.approx(whole.ratio, rel=1e-9)
     assert parts.joint == whole.joint
+
+
+def vanishing_at(points: np.ndarray, seconds: float) -> np.ndarray:
+    """Return powers of t whose second derivative is 0 at these points of [-1, 1] and reaches 100 between them."""
+    bump = np.polynomial.polynomial.polyfromroots(0.5 + 0.5 * points)
+    bump *= 100.0 / np.abs(np.polynomial.polynomial.polyval(np.linspace(0, 1, 20_001), bump)).max()
+    q = np.polynomial.polynomial.polyint(bump, 2)
+    return q * seconds ** (2.0 - np.arange(q.size))
+
+
+@pytest.mark.parametrize("count", [1, 70])
+def test_an_acceleration_that_vanishes_at_all_samples_is_not_overlooked(tmp_path: Path, count: int) -> None:
+    """A polynomial can have its roots at all nodes and checks; in a short piece gravity does not betray it."""
+    seconds, hidden = 1e-4, count // 2
+    nodes = chebyshev.NODES[:: 2 if count > 64 else 1]
+    bump = vanishing_at(np.concatenate([nodes, chebyshev.CHECKS]), seconds)
+    times = np.arange(count + 1.0) * seconds
+    pieces = np.zeros((count, 1, bump.size))
+    q, v = 0.3, 0.0
+    for piece in range(count):
+        pieces[piece, 0, :2] = q, v
+        pieces[piece, 0] += bump * (piece == hidden)
+        curve = np.polynomial.Polynomial(pieces[piece, 0])
+        q, v = curve(seconds), curve.deriv()(seconds)
+    trajectory = Trajectory(times, pieces, times[[0, -1]])
+    ends = times[[0, -1]]
+    boundary = Boundary(velocity=trajectory(ends, 1), acceleration=None)
+    limits = Limits(velocity=np.inf, position=np.inf, torque=11.0)
+    task = TrajectoryTask(trajectory(ends), limits, robot=pendulum(tmp_path), boundary=boundary)
+    inside = np.linspace(times[hidden], times[hidden + 1] * (1 - 1e-9), 9999)
+    states_inside = [trajectory(inside, order) for order in range(3)]
+    seen = np.abs(pendulum(tmp_path).torque(*states_inside)).max()
+    assert seen > 40.0
+    assert audit(task, trajectory).limits["torque"].ratio == pytest.approx(seen / 11.0, rel=1e-4)

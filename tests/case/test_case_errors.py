@@ -156,7 +156,7 @@ def message(keys: dict[str, str | None], folder: Path | None = None) -> str:
                 "boundary.acceleration": "'zero'",
                 "waypoints.joints": "[[0, 0], [1, 1]]",
             },
-            "spline.virtual_knots: 1 leaves 5 free coefficients a joint for 6 conditions",
+            "spline.virtual_knots: 1 leaves fewer free coefficients than conditions, 5 against 6 per joint",
         ),
         (
             {"boundary.velocity": "'free'"},
@@ -203,7 +203,7 @@ def test_a_wrong_case_is_refused_with_one_sentence(changes: dict[str, str | None
             {"robot.model": None, "robot.tool": "'x'"},
             "robot: none given, expected exactly one of model, urdf, dh",
         ),
-        ({"robot.lock": "['x']"}, "robot.lock: locks joints of a urdf, but the robot is given otherwise"),
+        ({"robot.lock": "['x']"}, "joint 'x' does not exist in 'ur5', its joints are shoulder_pan_joint, "),
         ({"robot.modell": "'ur5'"}, "robot.modell: unknown key"),
         ({"robot.tool": "'nothing'"}, "robot.tool: "),
         ({"robot.base": "'nothing'"}, "robot.base: "),

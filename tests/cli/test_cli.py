@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import yaml
 
-from helpers.processes import interrupt
+from helpers.processes import interrupt, start_process
 from ocp_traj.cli.main import cli, run
 from ocp_traj.comparison.runs.store import Store
 
@@ -143,7 +143,7 @@ def test_wrong_input_gives_status_2_and_one_sentence(
 
 def test_a_motion_of_other_joints_is_refused(capsys: pytest.CaptureFixture[str], solved: Path) -> None:
     message = complaint(capsys, "audit", "fang-2020-task-1", "--result", str(solved / "result.json"))
-    assert "the motion has 2 joints, expected" in message
+    assert "the motion has 2 joints, but case fang-2020-task-1 has 6" in message
 
 
 def test_solve_writes_the_contracts_json(capsys: pytest.CaptureFixture[str], case: str) -> None:
@@ -271,10 +271,10 @@ def test_export_for_ros2_keeps_the_limits(solved: Path) -> None:
         "ros2",
         "--output",
         str(target),
-        "--case",
-        str(solved / "case.toml"),
         "--rate",
         "50",
+        "--joint-names",
+        "one,two",
     ]
     assert run(["export", str(solved / "result.json"), *arguments]) == 0
     points = yaml.safe_load(target.read_text())["trajectory"]["points"]
@@ -305,7 +305,8 @@ def test_export_csv_at_a_rate_can_be_audited(solved: Path) -> None:
 
 
 def test_urscript_is_refused_for_two_joints(solved: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "expected 6" in complaint(capsys, "export", str(solved / "result.json"), "--format", "urscript")
+    arguments = ["--format", "urscript", "--joint-names", "one,two"]
+    assert "expected 6" in complaint(capsys, "export", str(solved / "result.json"), *arguments)
 
 
 def test_reference_writes_the_contracts_json(capsys: pytest.CaptureFixture[str], solved: Path) -> None:
@@ -347,7 +348,7 @@ def test_ctrl_c_stops_a_comparison_and_keeps_what_is_finished(tmp_path: Path, ca
     folder, plan = tmp_path / "out", tmp_path / "endless.toml"
     plan.write_text(f"schema = 1\ncases = [{case!r}]\nsolvers = ['pso']\nseeds = 50\nbudget = [400, 1000000000]\n")
     arguments = ["--plan", str(plan), "--no-references", "--jobs", "2", "--output", str(folder)]
-    process = subprocess.Popen(
+    process = start_process(
         [sys.executable, "-m", "ocp_traj", "compare", *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -361,3 +362,27 @@ def test_ctrl_c_stops_a_comparison_and_keeps_what_is_finished(tmp_path: Path, ca
     assert "Traceback" not in errors
     with Store(folder) as store:
         assert 1 <= len(store.finished()) < 100
+
+
+def test_check_tells_which_waypoints_are_one_point(capsys):
+    folder = Path(__file__).parents[1] / "data" / "faults"
+    assert run(["check", str(folder / "dup-middle.toml"), str(folder / "dup-middle-dwell-still.toml")]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "waypoints 2 and 3 are equal: one point, passed once" in said
+    assert "waypoints 2 and 3 are equal: two instants" in said
+
+
+def test_check_refuses_a_spline_with_too_few_points(capsys, tmp_path):
+    case = tmp_path / "few.toml"
+    case.write_text(
+        'schema = 1\nname = "few"\n[waypoints]\njoints = [[0.0], [1.0], [1.0], [2.0]]\n[limits]\nvelocity = 1.0\n'
+        '[spline]\nfamily = "3-5-3"\n'
+    )
+    assert run(["check", str(case)]) == 2
+    assert "equal consecutive waypoints are one point" in " ".join(capsys.readouterr().err.split())
+
+
+def test_published_durations_are_0_between_equal_waypoints(capsys):
+    case = str(Path(__file__).parents[1] / "data" / "faults" / "dup-middle.toml")
+    assert run(["audit", case, "--durations", "1.5,0,1.5"]) == 0
+    assert run(["audit", case, "--durations", "0,1.5,1.5"]) == 2

@@ -77,7 +77,7 @@ def test_a_motion_of_no_case_is_drawn_without_limits(motion: Path) -> None:
 
 
 def test_a_result_is_drawn_with_the_packaged_case_it_names(tmp_path: Path) -> None:
-    from ocp_traj.cli.plotting import read_motion, task_of
+    from ocp_traj.cli.motions import read_motion, task_of
 
     path = tmp_path / "result.json"
     assert run(["solve", "fang-2020-task-1", "--json", str(path)]) in (0, 1)
@@ -93,7 +93,7 @@ def test_a_result_is_drawn_with_the_packaged_case_it_names(tmp_path: Path) -> No
 def test_a_curve_belongs_to_the_case_in_its_file_where_that_is_packaged(
     tmp_path: Path, name: object, known: bool
 ) -> None:
-    from ocp_traj.cli.plotting import read_motion, task_of
+    from ocp_traj.cli.motions import read_motion, task_of
 
     path = tmp_path / "curve.json"
     write_json(path, sweep(6))
@@ -101,8 +101,9 @@ def test_a_curve_belongs_to_the_case_in_its_file_where_that_is_packaged(
     content.pop("case", None)
     path.write_text(json.dumps({**content, **({"case": name} if isinstance(name, str) else {})}))
     task = task_of(read_motion(path), path, None, ())
-    assert (task.name == "fang-2020-task-1") == known
-    assert bool(np.isfinite(task.limits.get("velocity")).any()) == known
+    assert (task is not None) == known
+    if task is not None:
+        assert task.name == "fang-2020-task-1" and np.isfinite(task.limits.get("velocity")).any()
 
 
 def test_a_case_with_other_joints_is_refused(motion: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -172,14 +173,19 @@ def test_a_motion_is_no_table(motion: Path, capsys: pytest.CaptureFixture[str]) 
     assert said.endswith("is a motion, expected --format csv, ros2 or urscript")
 
 
-def test_joints_without_names_are_numbered_and_names_can_be_given(motion: Path) -> None:
+def test_a_motion_of_no_case_is_sent_with_names_and_by_force_only(
+    motion: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     target = motion.with_name("goal.yaml")
-    for arguments, names in (
-        ([], ["joint_1", "joint_2"]),
-        (["--joint-names", "shoulder,elbow"], ["shoulder", "elbow"]),
-    ):
-        assert run(["export", str(motion), "--format", "ros2", "--output", str(target), *arguments]) == 0
-        assert yaml.safe_load(target.read_text())["trajectory"]["joint_names"] == names
+    plain = ["export", str(motion), "--format", "ros2", "--output", str(target)]
+    assert "has no robot that names its joints, expected --case or --joint-names" in complaint(capsys, *plain)
+    named = [*plain, "--joint-names", "shoulder,elbow"]
+    assert "carries no task, so that its limits are not known; nothing is written" in complaint(capsys, *named)
+    assert not target.exists()
+    assert run([*named, "--force"]) == 0
+    assert "forced: the motion carries no task" in capsys.readouterr().err
+    assert yaml.safe_load(target.read_text())["trajectory"]["joint_names"] == ["shoulder", "elbow"]
+    assert "expected 2 different names" in complaint(capsys, *plain, "--joint-names", "shoulder")
 
 
 def test_urscript_tells_that_the_motion_ends_on_a_period(
@@ -187,9 +193,11 @@ def test_urscript_tells_that_the_motion_ends_on_a_period(
 ) -> None:
     path, target = tmp_path / "curve.json", tmp_path / "program.script"
     write_json(path, sweep(6, duration=0.999))
-    arguments = ["--format", "urscript", "--rate", "125", "--output", str(target)]
+    names = "a,b,c,d,e,f"
+    arguments = ["--format", "urscript", "--rate", "125", "--output", str(target), "--joint-names", names, "--force"]
     assert run(["export", str(path), *arguments]) == 0
-    assert f"slowed by a factor of {1.0 / 0.999:.9g}" in capsys.readouterr().err
+    assert f"slowed by a factor of {1.0 / 0.999:.9g} so that it ends on a control period" in capsys.readouterr().err
+    assert target.read_text().startswith("# joints: a, b, c, d, e, f\n")
     assert target.read_text().count("servoj") == 125
 
 

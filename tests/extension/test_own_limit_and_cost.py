@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-import own_quantities
 import pytest
 from scipy.integrate import quad
 
 import ocp_traj as ot
+from helpers import own_quantities
 from ocp_traj.audit.costs import objective_value
 from ocp_traj.audit.measures import COST_MEASURES, LIMIT_MEASURES
 from ocp_traj.case import load_case, task_digest
@@ -169,7 +169,7 @@ def test_a_comparison_runs_them_and_a_picture_shows_the_limit(tmp_path: Path) ->
         seeds=1,
         budgets=(1000,),
         references=False,
-        runner="own_quantities:run",
+        runner="helpers.own_quantities:run",
     )
     compare(plan, tmp_path / "study")
     with Store(tmp_path / "study") as store:

@@ -89,7 +89,10 @@ def derivative_rows(nlp: LiftedNlp, motion: Motion, extra: ExtraPoints) -> list[
         for segment in range(layout.segments):
             for joint in layout.moving:
                 if 0 < order < degree - 1:
-                    for fraction in INNER[degree]:
+                    inner = INNER[degree]
+                    if degree == 3 and per_gap == 1 and np.isinf(LIMITS["acceleration"][:, :, joint]).any():
+                        inner = [0.5]
+                    for fraction in inner:
                         add(name, segment, joint, fraction, motion.at(order, segment, fraction)[joint])
                 if degree == 3 and order == 1 and per_gap > 1:
                     v, a = (motion.at(k, segment, 0.0)[joint] for k in (1, 2))
@@ -121,7 +124,8 @@ def linear_rows(nlp: LiftedNlp, motion: Motion) -> list[Row]:
                 rows.append(("boundary jerk", joint, segment // per_gap, inside, value, 0.0, 0.0))
     h = motion.durations.reshape(GAPS, per_gap).sum(axis=1)
     rows.append(("duration", -1, 0, 0.0, h.sum() / 5.0, 3.0 / 5.0, 1.0))
-    rows.append(("duration", -1, 0, 0.0, h[0] / 2.0, 0.25, 1.0))
+    rows.append(("duration", -1, 0, 0.0, h[0] / 0.5, 1.0, np.inf))
+    rows.append(("duration", -1, 0, 0.0, h[0] / 2.0, -np.inf, 1.0))
     rows.append(("duration", -1, 1, 0.0, h[1] / 1.5, -np.inf, 1.0))
     rows.append(("duration", -1, 2, 0.0, h[2] / 0.7, 1.0, np.inf))
     return rows

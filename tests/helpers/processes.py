@@ -19,6 +19,15 @@ def child_environment() -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": os.pathsep.join(entry for entry in sys.path if entry)}
 
 
+def start_process(arguments: list[str], **options: Any) -> subprocess.Popen[Any]:
+    """Start a process that Ctrl-C stops, even where this one ignores it, as jobs in the background of a shell do."""
+    return subprocess.Popen(arguments, preexec_fn=_heed_interrupts, **options)
+
+
+def _heed_interrupts() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def ends(process: int) -> bool:
     """Whether a process that is not ours ends; one that waits to be collected has ended."""
     limit = time.monotonic() + PATIENCE_SECONDS

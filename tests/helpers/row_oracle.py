@@ -124,7 +124,7 @@ def make_task(robot: Any, family: str, knots: int = 0, **changes: Any) -> Trajec
         "robot": robot,
         "family": family,
         "virtual_knots": knots,
-        "boundary": Boundary(),
+        "boundary": Boundary(acceleration=None) if family == "cubic" else Boundary(),
         "objective": Objective(
             time=1.0, duration=(3.0, 5.0), gap_durations=[[0.5, 2.0], [0.0, 1.5], [0.7, np.inf]]
         ),

@@ -209,12 +209,8 @@ def oppose(
     opposite = []
     for i, s in enumerate(flock):
         x = [k[i, 0] * (a[j] + b[j]) - s.x[j] for j in range(D)]
-        opposite.append(
-            [
-                x[j] if LOWER[j] <= x[j] <= UPPER[j] else LOWER[j] + (UPPER[j] - LOWER[j]) * again[i, j]
-                for j in range(D)
-            ]
-        )
+        drawn = [LOWER[j] + (UPPER[j] - LOWER[j]) * again[i, j] for j in range(D)]
+        opposite.append([x[j] if LOWER[j] <= x[j] <= UPPER[j] else drawn[j] for j in range(D)])
     yield opposite
     return order(flock + [Sparrow(x) for x in opposite])[:N]
 
@@ -238,22 +234,18 @@ def mutate(rng: np.random.Generator, flock: list[Sparrow], best: Sparrow, share:
     return best
 
 
+def dominates(a: Sparrow, b: Sparrow) -> bool:
+    """No worse in cost and violation, and better in one of them."""
+    return a.f <= b.f and a.c <= b.c and (a.f < b.f or a.c < b.c)
+
+
 def non_dominated(flock: list[Sparrow]) -> list[Sparrow]:
     """Sort by fronts of (cost, violation), inside a front by crowding; the feasible best leads."""
     if not any(s.c for s in flock):
         return sorted(flock, key=lambda s: s.f)
     left, ranked = list(range(len(flock))), []
     while left:
-        front = [
-            i
-            for i in left
-            if not any(
-                flock[k].f <= flock[i].f
-                and flock[k].c <= flock[i].c
-                and (flock[k].f < flock[i].f or flock[k].c < flock[i].c)
-                for k in left
-            )
-        ]
+        front = [i for i in left if not any(dominates(flock[k], flock[i]) for k in left)]
         crowding = dict.fromkeys(front, 0.0)
         row = sorted(front, key=lambda i: (flock[i].f, flock[i].c))
         for value in (lambda s: s.f, lambda s: s.c):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ocp_traj.papers.ma_2024.claims import _misses_of_equation_5
+from ocp_traj.papers.ma_2024.claims import misses_of_equation_5
 from ocp_traj.papers.ma_2024.experiment import Ma2024
 from ocp_traj.papers.measures import (
     STAND_IN,
@@ -19,7 +19,7 @@ from ocp_traj.papers.measures import (
 )
 from ocp_traj.papers.motions import audit_durations
 from ocp_traj.papers.zhang_2022.inverse_timing import timing_claims
-from ocp_traj.papers.zhu_wang.claims import PUBLISHED, _heights, misprinted
+from ocp_traj.papers.zhu_wang.claims import PUBLISHED, heights, misprinted
 from ocp_traj.papers.zhu_wang.experiment import ZhuWang
 from ocp_traj.papers.zhu_wang.fanuc_inertia import to_fanuc, with_inertia
 
@@ -111,13 +111,13 @@ def test_a_proportion_that_stays_the_same_does_not_grow() -> None:
 
 
 def test_equation_5_of_b_misses_with_the_printed_position_and_holds_for_the_wrist_centre() -> None:
-    printed, mended = _misses_of_equation_5(Ma2024())
+    printed, mended = misses_of_equation_5(Ma2024())
     assert printed > 0.05
     assert mended < 1e-12
 
 
 def test_the_printed_signs_of_alpha_put_ds_points_below_the_floor() -> None:
-    below, above = _heights(ZhuWang())
+    below, above = heights(ZhuWang())
     assert all(float(height) < -1.0 for height in below.split(", "))
     assert all(float(height) > 0.0 for height in above.split(", "))
 

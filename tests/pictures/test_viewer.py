@@ -13,7 +13,7 @@ from ocp_traj.comparison.report.report import TEMPLATES
 from ocp_traj.exceptions import InputError
 from ocp_traj.pictures.meshes import Mesh, read_mesh, thin_out
 from ocp_traj.pictures.viewer import Scene, robot_parts, scene_data, stick_parts, tube, viewer_html
-from ocp_traj.robot import load_robot, robot_from_dh
+from ocp_traj.robot import load_robot, robot_from_dh, robot_from_urdf
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
@@ -145,6 +145,34 @@ def test_ur5_has_its_meshes_on_every_link() -> None:
     assert all(len(part.mesh.triangles) <= 1400 for part in parts)
     reach = max(np.abs(part.mesh.vertices).max() for part in parts)
     assert 0.3 < reach < 0.6  # the upper arm is 0.425 m long
+
+
+def test_one_missing_mesh_costs_one_mesh_and_materials_give_the_colours(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "arm.urdf").write_text(COLOURED)
+    (tmp_path / "whole.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    (tmp_path / "broken.stl").write_text("no mesh")
+    robot = robot_from_urdf(tmp_path / "arm.urdf")
+    assert [part.colour for part in robot_parts(robot)] == [(1.0, 0.5, 0.0), (0.2, 0.3, 0.4), None]
+    told = [record.getMessage() for record in caplog.records]
+    assert len(told) == 2 and all(text.endswith("; it is left out of the picture") for text in told)
+    task = TrajectoryTask(np.array([[0.0], [0.3]]), robot=robot, virtual_knots=3)
+    line = Trajectory(np.array([0.0, 1.0]), np.array([[[0.0, 0.3]]]), np.array([0.0, 1.0]))
+    parts = scene_data([Scene("a", task, line)])["robots"][0]["parts"]
+    assert [part["colour"] for part in parts] == [(1.0, 0.5, 0.0), (0.2, 0.3, 0.4), None]
+
+
+COLOURED = """<robot name="coloured"><material name="orange"><color rgba="1 0.5 0 1"/></material>
+<link name="base">
+<visual><geometry><mesh filename="whole.obj"/></geometry><material name="orange"/></visual>
+<visual><geometry><mesh filename="missing.obj"/></geometry><material name="orange"/></visual>
+<visual><geometry><mesh filename="broken.stl"/></geometry></visual></link>
+<link name="tip">
+<visual><geometry><mesh filename="whole.obj"/></geometry>
+<material name=""><color rgba="0.2 0.3 0.4 1"/></material></visual>
+<visual><geometry><mesh filename="whole.obj"/></geometry><material name="unknown"/></visual></link>
+<joint name="j" type="continuous"><parent link="base"/><child link="tip"/></joint></robot>"""
 
 
 def test_a_robot_without_meshes_is_drawn_as_tubes() -> None:

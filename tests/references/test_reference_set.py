@@ -17,7 +17,7 @@ from ocp_traj.task import Boundary, Limits, TrajectoryTask
 def line(**changes) -> TrajectoryTask:
     """One joint, one rad, from rest to rest."""
     limits = {"velocity": 1.0, "acceleration": 2.0, "jerk": 20.0, **changes.pop("limits", {})}
-    return TrajectoryTask(np.array([[0.0], [1.0]]), Limits(**limits), name="line", **changes)
+    return TrajectoryTask(np.array([[0.0], [1.0]]), Limits(**limits), name="line", **{"virtual_knots": 0, **changes})
 
 
 def test_bounded_jerk_takes_longer_than_the_bound_and_is_told_by_path() -> None:
@@ -41,7 +41,7 @@ def test_why_there_is_no_estimate_with_bounded_jerk_is_told() -> None:
 
 def test_a_certificate_is_told_with_its_proof() -> None:
     task = TrajectoryTask(
-        np.array([[0.0], [1.0]]), Limits(velocity=1.0, acceleration=2.0), family="cubic", name="cubic"
+        np.array([[0.0], [1.0]]), Limits(velocity=1.0, acceleration=2.0), family="cubic", virtual_knots=0, name="cubic"
     )
     found = collect_references(task, convex=False, certificate=True, time_limit=1e9)
     table = found.to_json()

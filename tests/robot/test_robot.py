@@ -251,7 +251,7 @@ def test_urdf_errors_are_clear(tmp_path: Path) -> None:
         robot_from_urdf(path, base="one")
     with pytest.raises(RobotError, match="no joint left that moves"):
         robot_from_urdf(path, lock=["swing", "slide"])
-    with pytest.raises(RobotError, match="type Planar is not supported"):
+    with pytest.raises(RobotError, match="type planar is not supported"):
         robot_from_urdf(write_urdf(tmp_path, "planar"))
 
 

@@ -27,6 +27,50 @@ def test_given_end_conditions_stay_with_another_family():
     assert np.array_equal(task.changed(family="quintic").boundary.acceleration, np.zeros((2, 1)))
 
 
+@pytest.mark.parametrize(("family", "knots"), [("cubic", 3), ("quintic", 0), ("septic", 0), ("3-5-3", 0)])
+def test_virtual_knots_follow_the_family_unless_they_are_given(family: str, knots: int) -> None:
+    assert TrajectoryTask(POINTS, family=family).virtual_knots == knots
+    assert TrajectoryTask(POINTS, family=family, virtual_knots=0).virtual_knots == 0
+    assert TrajectoryTask(POINTS, family="quintic").changed(family=family).virtual_knots == knots
+    kept = TrajectoryTask(POINTS, virtual_knots=2)
+    assert kept.changed(family="septic").virtual_knots == 2
+
+
+@pytest.mark.parametrize(
+    ("points", "knots", "jerk", "given"),
+    [
+        (POINTS, 3, 5.0, True),
+        (POINTS, 1, [np.inf], False),
+        (POINTS, 1, 5.0, True),
+        (POINTS, 0, 5.0, False),
+        (POINTS, 3, None, False),
+        (POINTS[:2], 1, 5.0, False),
+        (POINTS[:2], 2, 5.0, True),
+    ],
+)
+def test_a_cubic_starts_and_ends_without_acceleration_where_jerk_is_limited(
+    points: list[list[float]], knots: int, jerk: Any, given: bool
+) -> None:
+    task = TrajectoryTask(points, Limits(velocity=1.0, jerk=jerk), virtual_knots=knots)
+    assert (task.boundary.acceleration is not None) == given
+    assert task.boundary.jerk is None
+
+
+def test_end_accelerations_by_default_follow_what_is_changed() -> None:
+    task = TrajectoryTask(POINTS, Limits(velocity=1.0, jerk=5.0))
+    assert task.changed(virtual_knots=0).boundary.acceleration is None
+    assert task.changed(limits=Limits(velocity=1.0)).boundary.acceleration is None
+    free = task.changed(boundary=Boundary(acceleration=None))
+    assert free.changed(name="other").boundary.acceleration is None
+    moving = task.changed(boundary=Boundary(acceleration=[[1.0], [0.0]]))
+    assert moving.changed(limits=Limits(velocity=1.0)).boundary.acceleration is not None
+
+
+def test_one_knot_between_two_waypoints_leaves_no_freedom_for_end_accelerations() -> None:
+    with pytest.raises(TaskError, match="1 leaves fewer free coefficients than conditions, 5 against 6 per joint"):
+        TrajectoryTask(POINTS[:2], virtual_knots=1, boundary=Boundary(acceleration=0.0))
+
+
 def test_an_unknown_field_is_refused_by_name():
     with pytest.raises(TaskError, match="familly"):
         TrajectoryTask(POINTS).changed(familly="cubic")
@@ -135,7 +179,10 @@ def test_a_waypoint_lies_in_the_ranges_of_both_its_gaps(gap: int, limit: list[fl
         ({"family": "3-5-3"}, "3-5-3 needs at least 4 waypoints, 3 given"),
         ({"tolerance": -0.1}, "waypoints.tolerance: expected one, 2 or"),
         ({"tolerance": [0.1, 0.1, 0.1]}, "waypoints.tolerance"),
-        ({"boundary": Boundary(acceleration=0.0)}, "0 leaves 5 free coefficients a joint for 7 conditions"),
+        (
+            {"boundary": Boundary(acceleration=0.0), "virtual_knots": 0},
+            "0 leaves fewer free coefficients than conditions, 5 against 7 per joint",
+        ),
         ({"boundary": Boundary(velocity=None)}, "boundary.velocity: must be given"),
         ({"boundary": Boundary(velocity=[0.0, 0.0, 0.0])}, r"expected two rows \(start, end\) of 2 finite"),
         ({"boundary": Boundary(velocity=np.inf)}, r"expected two rows \(start, end\) of 2 finite"),

@@ -97,33 +97,42 @@ def format_number(value: float, digits: int = 4) -> str:
 
 
 def to_markdown(document: Document) -> str:
-    """Return the report as Markdown: the same words and numbers, pictures by their captions."""
-    blocks = [f"# {document.title}", document.subtitle]
+    """Return the report as Markdown: the same words and numbers, pictures by their captions, and no HTML."""
+    blocks = [f"# {_plain(document.title)}", _plain(document.subtitle)]
     if document.story:
-        blocks.append("\n".join(f"- {line}" for line in document.story))
+        blocks.append("\n".join(f"- {_plain(line)}" for line in document.story))
     for section in document.sections:
-        blocks.append(f"## {section.title}")
-        blocks += section.paragraphs
+        blocks.append(f"## {_plain(section.title)}")
+        blocks += [_plain(paragraph) for paragraph in section.paragraphs]
         blocks += [_markdown_table(table) for table in section.tables]
-        blocks += [f"*{picture.title}: {picture.caption}*" for picture in section.pictures]
+        blocks += [_caption(picture) for picture in section.pictures]
         for fold in section.folds:
-            blocks.append(f"### {fold.title}")
+            blocks.append(f"### {_plain(fold.title)}")
             blocks += [_markdown_table(table) for table in fold.tables]
-            blocks += [f"*{picture.title}: {picture.caption}*" for picture in fold.pictures]
+            blocks += [_caption(picture) for picture in fold.pictures]
     return "\n\n".join(blocks) + "\n"
 
 
 def _markdown_table(table: Table) -> str:
-    lines = [f"**{table.caption}**", ""] if table.caption else []
+    lines = [f"**{_plain(table.caption)}**", ""] if table.caption else []
     lines += [
         "| " + " | ".join(_escape(column) for column in table.columns) + " |",
         "|" + " --- |" * len(table.columns),
     ]
     lines += ["| " + " | ".join(_escape(cell.text) for cell in row) + " |" for row in table.rows]
     if table.note:
-        lines += ["", table.note]
+        lines += ["", _plain(table.note)]
     return "\n".join(lines)
 
 
+def _caption(picture: Picture) -> str:
+    return f"*{_plain(picture.title)}: {_plain(picture.caption)}*"
+
+
+def _plain(value: str) -> str:
+    """Return words in which nothing is read as HTML."""
+    return value.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+
+
 def _escape(value: str) -> str:
-    return value.replace("\\", "\\\\").replace("|", "\\|").replace("\n", " ")
+    return _plain(value).replace("\\", "\\\\").replace("|", "\\|").replace("\n", " ")

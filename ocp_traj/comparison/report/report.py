@@ -218,7 +218,8 @@ def _best_motions(store: Store, judgement: Judgement) -> tuple[list[ShownMotion]
         if len(motions) + len(found) > MOTIONS_SHOWN:
             untold.append(f"{problem.label}: not drawn, the page would become too large.")
             continue
-        task = _load(cases[problem.digest]["choice"], problem, untold)
+        best = [row for _, row in found]
+        task = _load(cases[problem.digest]["choice"], problem, untold, store, best)
         if task is None:
             continue
         for solver, row in sorted(found, key=lambda entry: objective_of(entry[1])):
@@ -235,18 +236,40 @@ def _best_motions(store: Store, judgement: Judgement) -> tuple[list[ShownMotion]
     return motions, untold
 
 
-def _load(choice: Mapping[str, Any], problem: ComparedProblem, untold: list[str]) -> TrajectoryTask | None:
+def _load(
+    choice: Mapping[str, Any],
+    problem: ComparedProblem,
+    untold: list[str],
+    store: Store,
+    rows: Sequence[StoredRun],
+) -> TrajectoryTask | None:
+    """Return the task of a problem: from its case where that is unchanged, else as a stored run carries it."""
     from ocp_traj.case import load_case, task_digest
 
     try:
         task = load_case(choice["case"], choice["overrides"])
+        reason = "the case has changed since"
+        if task_digest(task) == problem.digest:
+            return task
     except OcpTrajError as error:
-        untold.append(f"{problem.label}: not drawn, because the case cannot be read any more ({error}).")
+        reason = f"the case cannot be read any more ({error})"
+    for row in rows:
+        carried = _carried(store, row, problem)
+        if carried is not None:
+            return carried
+    untold.append(f"{problem.label}: not drawn, because {reason}.")
+    return None
+
+
+def _carried(store: Store, row: StoredRun, problem: ComparedProblem) -> TrajectoryTask | None:
+    from ocp_traj.case import task_digest, task_from_json
+
+    try:
+        curve = store.trajectory(row) or {}
+        task = None if curve.get("task") is None else task_from_json(curve["task"], str(row.trajectory_file))
+    except OcpTrajError:  # its motion is told as lost when it is drawn
         return None
-    if task_digest(task) != problem.digest:
-        untold.append(f"{problem.label}: not drawn, because the case has changed since.")
-        return None
-    return task
+    return task if task is not None and task_digest(task) == problem.digest else None
 
 
 def _motion_sections(motions: Sequence[ShownMotion], untold: Sequence[str]) -> list[ReportSection]:

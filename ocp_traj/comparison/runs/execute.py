@@ -76,6 +76,11 @@ def _execute_on_dask(requests: Sequence[Request], address: str) -> Iterator[tupl
         }
         try:
             for future in as_completed(places):  # type: ignore[no-untyped-call,unused-ignore]
+                if client.status != "running" or future.cancelled():
+                    raise UnavailableError(
+                        f"the Dask scheduler at {address!r} was lost; what is finished is kept, the same command goes "
+                        "on from there"
+                    )
                 lost = future.exception()
                 if lost is None:
                     answer = future.result()

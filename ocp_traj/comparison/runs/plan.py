@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from ocp_traj.exceptions import InputError
+from ocp_traj.exceptions import InputError, did_you_mean
 
 DEFAULT_CASES = ("ur5-torque-limited", "machines-2024-490")
 DEFAULT_SOLVERS = ("ipopt", "pso", "ssa", "de", "cmaes", "cmaes[encoding=scaled]")
@@ -248,6 +248,7 @@ def plan_from_table(table: Mapping[str, Any], file: str) -> Plan:
     if unknown:
         raise InputError(
             f"{file}: {unknown[0]}: unknown key, expected one of {', '.join(sorted(_PLAN_KEYS))}"
+            f"{did_you_mean(unknown[0], _PLAN_KEYS)}"
         )
     if table.get("schema") != 1:
         raise InputError(f"{file}: schema: {table.get('schema')!r} given, expected 1")

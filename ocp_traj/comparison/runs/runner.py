@@ -43,6 +43,7 @@ def solve_case(request: Mapping[str, Any]) -> dict[str, Any]:
 
 def pack_result(result: Any) -> dict[str, Any]:
     """Return the record of an `ocp_traj.solving.SolveResult`."""
+    from ocp_traj.case import task_to_json
     from ocp_traj.trajectory_files import to_json
 
     solution, verdict = result.solution, result.audit
@@ -68,7 +69,7 @@ def pack_result(result: Any) -> dict[str, Any]:
             "findings": list(verdict.findings),
         }
     if result.trajectory is not None:
-        answer["trajectory"] = to_json(result.trajectory)
+        answer["trajectory"] = {**to_json(result.trajectory), "task": task_to_json(result.task)}
     if answer["feasible"] and answer["objective"] is None:
         answer |= {
             "feasible": False,

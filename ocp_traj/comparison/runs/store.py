@@ -11,6 +11,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
+from ocp_traj.comparison.runs.curve_files import read_curve, write_curve
 from ocp_traj.comparison.runs.plan import Plan, RunSpec
 from ocp_traj.comparison.runs.record import RunRecord
 from ocp_traj.comparison.runs.stored_values import (
@@ -23,9 +24,12 @@ from ocp_traj.comparison.runs.stored_values import (
     load_texts,
 )
 from ocp_traj.exceptions import InputError
-from ocp_traj.files import finite, write_atomically
+from ocp_traj.files import finite
 
 FILE_NAME = "results.sqlite"
+
+READER_SECONDS, WRITER_SECONDS = 5.0, 30.0
+"""How long a reader and a writer wait for another process."""
 
 _VERSION_1 = f"""
 CREATE TABLE plans (
@@ -113,13 +117,17 @@ class Store:
                 raise InputError(f"cannot write into {folder}: {error.strerror}") from None
         elif not path.is_file():
             raise InputError(f"{folder} holds no comparison: {FILE_NAME} is not there")
+        elif path.stat().st_size == 0:
+            raise InputError(f"{folder} holds no comparison: {FILE_NAME} is empty")
         try:
-            self._connection = sqlite3.connect(path, timeout=30.0, isolation_level=None)
+            seconds = WRITER_SECONDS if create else READER_SECONDS
+            self._connection = sqlite3.connect(path, timeout=seconds, isolation_level=None)
         except sqlite3.DatabaseError as error:
             raise InputError(f"{path} cannot be opened: {error}") from None
         self._connection.row_factory = sqlite3.Row
         try:
             with self._reading():
+                self._check_tables()
                 self._migrate()
                 (found,) = self._connection.execute("PRAGMA quick_check(1)").fetchone()
                 if found != "ok":
@@ -142,6 +150,12 @@ class Store:
     def version(self) -> int:
         """Schema version of the file."""
         return int(self._connection.execute("PRAGMA user_version").fetchone()[0])
+
+    def _check_tables(self) -> None:
+        """Refuse views and triggers: nothing here writes them, and a query of one may never end."""
+        query = "SELECT type, name FROM sqlite_master WHERE type NOT IN ('table', 'index') LIMIT 1"
+        for kind, name in self._connection.execute(query):
+            raise sqlite3.DatabaseError(f"it has the {kind} {name!r}, expected tables only")
 
     def _migrate(self) -> None:
         found = self.version
@@ -167,6 +181,10 @@ class Store:
         except (sqlite3.DatabaseError, ValueError, TypeError, LookupError, RecursionError) as error:
             if isinstance(error, InputError) and FILE_NAME in str(error):
                 raise
+            if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
+                raise InputError(
+                    f"{self.folder / FILE_NAME} is locked by another process, expected to read it once that has ended"
+                ) from error
             raise InputError(
                 f"{self.folder / FILE_NAME} is not a readable comparison: {error}; "
                 "restore it, or start again in another folder"
@@ -272,7 +290,7 @@ class Store:
         """Store a finished run in one transaction: its trajectory file first, then row and history."""
         name = None
         if record.trajectory is not None:
-            name = self._write_trajectory(spec, record.trajectory)
+            name = write_curve(self.folder / "trajectories", spec, record.trajectory)
         values = _columns(spec, record, name, plan)
         holes = ", ".join("?" * len(values))
         history = [json.dumps(record.history.get(part, [])) for part in _HISTORY]
@@ -285,19 +303,6 @@ class Store:
                 f"INSERT INTO histories VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) {_KEEP_FIRST}",
                 (*spec.key, *history, json.dumps(finite(record.details))),
             )
-
-    def _write_trajectory(self, spec: RunSpec, trajectory: dict[str, Any]) -> str:
-        safe = "".join(
-            letter if letter.isalnum() or letter in "-." else "_"
-            for letter in f"{spec.case_name}-{spec.solver}"
-        )
-        name = f"{safe[:80]}-{spec.seed}-{spec.case_digest[:6]}{spec.settings_digest[:6]}.spline.json"
-        path = self.folder / "trajectories" / name
-        try:
-            write_atomically(path, json.dumps(trajectory))
-        except OSError as error:
-            raise InputError(f"cannot write {path}: {error.strerror or error}") from None
-        return name
 
     def rows(self, histories: bool = True) -> list[StoredRun]:
         """Return every run, ordered by case, solver, settings and seed."""
@@ -323,21 +328,7 @@ class Store:
         """
         if row.trajectory_file is None:
             return None
-        if (
-            Path(row.trajectory_file).name != row.trajectory_file
-            or row.trajectory_file == ".."
-            or "\0" in row.trajectory_file
-        ):
-            raise InputError(
-                f"trajectory {row.trajectory_file!r} leads out of {self.folder / 'trajectories'}"
-            )
-        path = self.folder / "trajectories" / row.trajectory_file
-        try:
-            return load_object(path.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise InputError(f"{path} cannot be read: {error.strerror or error}") from None
-        except (ValueError, RecursionError) as error:
-            raise InputError(f"{path} is damaged: {error}") from None
+        return read_curve(self.folder / "trajectories", row.trajectory_file)
 
     def table(self) -> tuple[list[str], list[tuple[Any, ...]]]:
         """Return the columns and values of all runs, for export."""

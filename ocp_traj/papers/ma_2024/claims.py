@@ -145,7 +145,7 @@ def _contradictions() -> list[Claim]:
 
 def _misprints(paper: Paper, durations: list[float]) -> list[Claim]:
     task = paper.task()
-    printed, mended = _misses_of_equation_5(paper)
+    printed, mended = misses_of_equation_5(paper)
     verdict = audit(task, trajectory_from_durations(task, durations))
     return [
         Claim(
@@ -178,7 +178,7 @@ def _misprints(paper: Paper, durations: list[float]) -> list[Claim]:
     ]
 
 
-def _misses_of_equation_5(paper: Paper) -> tuple[float, float]:
+def misses_of_equation_5(paper: Paper) -> tuple[float, float]:
     """Return the largest miss of Eq. (5), m, with p as printed and with the wrist centre, at random positions."""
     robot = paper.task().robot
     assert robot is not None

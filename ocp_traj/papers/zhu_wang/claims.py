@@ -137,7 +137,7 @@ def _print_claims(paper: Paper) -> list[Claim]:
         unit = "accepted"
     except OcpTrajError as error:
         unit = f"refused: {error}"
-    below, above = _heights(paper)
+    below, above = heights(paper)
     return [
         Claim(f"joint 3 passes +{PRINTED_POINT}", "Table 2", printed.finding, "misprint: the sign"),
         Claim("joint positions in rad", "Table 2", unit, "misprint: the unit is deg"),
@@ -163,7 +163,7 @@ def _print_claims(paper: Paper) -> list[Claim]:
     ]
 
 
-def _heights(paper: Paper) -> tuple[str, str]:
+def heights(paper: Paper) -> tuple[str, str]:
     """Return the heights of the flange at the waypoints with the printed signs of alpha and with those of Eq. (3)."""
     tasks = (paper.task((f"robot.dh.alpha={PRINTED_ALPHA}",)), paper.task())
     words = []

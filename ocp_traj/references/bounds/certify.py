@@ -12,7 +12,7 @@ form. Each gives a lower bound of T: instants are chosen, never trusted.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +21,9 @@ from ocp_traj.arrays import Array, read_only
 from ocp_traj.quantities import DERIVATIVES, RATES
 from ocp_traj.references.bounds.branch_and_bound import prove_total
 from ocp_traj.references.bounds.enclosure import Enclosure
-from ocp_traj.references.bounds.kinematic_bound import MARGIN, gap_bounds
+from ocp_traj.references.bounds.kinematic_bound import gap_bounds
+from ocp_traj.references.bounds.kinematic_proof import MARGIN
+from ocp_traj.task.preparing import prepare
 
 if TYPE_CHECKING:
     from ocp_traj.task import TrajectoryTask
@@ -85,6 +87,15 @@ def certify(
     rng : numpy.random.Generator, optional
         For the search of the upper bound; seeded with 0 when left out.
     """
+    ready = prepare(task)
+    found = _certified(ready.task, gap, largest_nodes, time_limit, rng)
+    return replace(found, durations=ready.restored_durations(found.durations)) if found.upper else found
+
+
+def _certified(
+    task: TrajectoryTask, gap: float, largest_nodes: int, time_limit: float, rng: np.random.Generator | None
+) -> Certificate:
+    """Return the certificate of a task made ready; see `certify`."""
     reason = _reason_against(task)
     if reason:
         return Certificate(None, None, message=reason)
@@ -210,13 +221,14 @@ class SplineBounds:
         _, instants = self.totals(centres)
         variables = Enclosure.variables(lows, highs)
         points = Enclosure.variables(centres, centres)
+        missing = 1.0 - centres.sum(axis=1)
         found = np.array(parents, dtype=np.float64)
         for gap, (cell, centre) in enumerate(zip(self.pieces(variables), self.pieces(points))):
             for order, (kind, limit) in self._orders():
                 for tau in (0.0, 1.0, instants[gap][kind]):
                     box = _derivative(cell, order, tau) * variables[gap] ** -order
                     value = (_derivative(centre, order, tau) * points[gap] ** -order).low[0]
-                    low, high = _narrowed(box, value, 0.5 * (highs - lows))
+                    low, high = _narrowed(box, value, 0.5 * (highs - lows), missing)
                     least = _least_ratio(low, high, limit[gap]).max(axis=1)
                     found = np.maximum(found, least ** (1.0 / order))
         return np.minimum(found, np.maximum(target, parents))
@@ -240,17 +252,19 @@ def _ratio(values: Array, limit: Array) -> Array:
     return ratio
 
 
-def _narrowed(box: Enclosure, value: Array, radius: Array) -> tuple[Array, Array]:
+def _narrowed(box: Enclosure, value: Array, radius: Array, missing: Array) -> tuple[Array, Array]:
     """Return the intersection of natural and mean-value form, (P, n) twice.
 
     f(p) lies in f(centre) + sum_g slope_g (p_g - centre_g). Proportions sum to one, so a common number may be
-    taken off all slopes; the mean of their middles makes the sum small.
+    taken off all slopes; the mean of their middles makes the sum small. A centre need not lie on the simplex: the
+    common number times what its proportions lack to one, `missing` (P,), comes in its place.
     """
     slope_low, slope_high = box.low[1:], box.high[1:]
     with np.errstate(invalid="ignore"):
         common = 0.5 * (slope_low + slope_high).mean(axis=0)
         size = np.maximum(np.abs(slope_low - common), np.abs(slope_high - common))
         spread = (size * radius.T[:, :, None]).sum(axis=0)
+        value = value + common * missing[:, None]
         low, high = value - spread, value + spread
     low = np.where(np.isnan(low), -np.inf, low)
     high = np.where(np.isnan(high), np.inf, high)

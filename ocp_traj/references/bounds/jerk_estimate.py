@@ -14,8 +14,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ocp_traj.arrays import Array, read_only
+from ocp_traj.deadline import Deadline
 from ocp_traj.exceptions import InputError
 from ocp_traj.quantities import RATES
+from ocp_traj.task.preparing import prepare
 
 if TYPE_CHECKING:
     from ocp_traj.task import TrajectoryTask
@@ -45,7 +47,7 @@ class JerkEstimate:
         object.__setattr__(self, "durations", read_only(self.durations))
 
 
-def jerk_estimate(task: TrajectoryTask, *, knots: int = 7) -> JerkEstimate:
+def jerk_estimate(task: TrajectoryTask, *, knots: int = 7, time_limit: float = np.inf) -> JerkEstimate:
     """Return an estimate of the shortest motion from rest to rest with bounded jerk.
 
     Velocity, acceleration and jerk limits hold at every time; end accelerations are as the task wants them.
@@ -55,6 +57,8 @@ def jerk_estimate(task: TrajectoryTask, *, knots: int = 7) -> JerkEstimate:
     task : TrajectoryTask
     knots : int
         Free knots inside every gap; half as many are solved first and refined.
+    time_limit : float
+        Seconds; a local optimum with half the knots counts where the other is not found by then.
 
     Raises
     ------
@@ -67,13 +71,19 @@ def jerk_estimate(task: TrajectoryTask, *, knots: int = 7) -> JerkEstimate:
         raise InputError("an end is not at rest, the estimate is defined from rest to rest")
     if knots < 1:
         raise InputError(f"knots is {knots}, expected 1 or more")
-    coarse = knots // 2
-    found = _FreeKnotProblem(task, coarse).solve(_first_guess(task, coarse)) if coarse > 1 else None
-    guess = _first_guess(task, knots) if found is None else _refined(task, found, knots)
-    found = _FreeKnotProblem(task, knots).solve(guess)
+    ready = prepare(task)
+    task, coarse, deadline = ready.task, knots // 2, Deadline(time_limit)
+    first = None
+    if coarse > 1:
+        first = _FreeKnotProblem(task, coarse, deadline.fraction(0.5)).solve(_first_guess(task, coarse))
+    guess = _first_guess(task, knots) if first is None else _refined(task, first, knots)
+    found = None if deadline.passed else _FreeKnotProblem(task, knots, deadline).solve(guess)
+    if found is None and deadline.passed:
+        found, knots = first, coarse
     if found is None:
-        return JerkEstimate(None, knots=knots, message="the local solver found no feasible motion")
-    durations = found.h.reshape(task.gaps, -1).sum(axis=1)
+        stopped = f" in its {deadline} of the time limit" if deadline.passed else ""
+        return JerkEstimate(None, knots=knots, message=f"the local solver found no feasible motion{stopped}")
+    durations = ready.restored_durations(found.h.reshape(task.gaps, -1).sum(axis=1))
     message = "a local optimum with finitely many knots, torque not looked at: an estimate, not a bound"
     return JerkEstimate(float(durations.sum()), durations, knots, message)
 
@@ -135,7 +145,7 @@ def _refined(task: TrajectoryTask, states: _States, knots: int) -> _States:
 class _FreeKnotProblem:
     """Knot states and durations of a cubic spline with free knots, solved by IPOPT."""
 
-    def __init__(self, task: TrajectoryTask, knots: int) -> None:
+    def __init__(self, task: TrajectoryTask, knots: int, deadline: Deadline) -> None:
         import casadi as ca
 
         self.task, self.steps = task, knots + 1
@@ -177,6 +187,8 @@ class _FreeKnotProblem:
             "ipopt.max_iter": 500,
             "ipopt.mu_strategy": "monotone",
         }
+        if np.isfinite(deadline.seconds):
+            options["ipopt.max_wall_time"] = max(deadline.left, 1e-3)
         nlp: dict[str, Any] = {"x": ca.veccat(h, q, v, a), "f": ca.sum2(h), "g": g}
         self.solver = ca.nlpsol("free_knots", "ipopt", nlp, options)
 

@@ -8,7 +8,11 @@ from typing import Any
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.deadline import NO_DEADLINE, Deadline
 from ocp_traj.references.bounds.double_integrator import JointLimits
+
+SMALLEST_SHARE = 1e-3
+"""Share of the total that a gap without travel gets in a first guess: without any, its mean velocity has no value."""
 
 
 @dataclass(frozen=True)
@@ -24,10 +28,24 @@ class LocalOptimum:
         return float(self.durations.sum())
 
 
+@dataclass(frozen=True)
+class LocalSearch:
+    """How many starts there are, where they come from, and when to stop."""
+
+    starts: int
+    rng: np.random.Generator
+    deadline: Deadline = NO_DEADLINE
+
+
 def local_optimum(
-    limits: JointLimits, starts: int, rng: np.random.Generator, boxes: tuple[Array, Array] | None = None
+    limits: JointLimits,
+    search: LocalSearch,
+    boxes: tuple[Array, Array] | None = None,
+    known: LocalOptimum | None = None,
 ) -> LocalOptimum | None:
     """Return the best of several local optima over durations and waypoint velocities, or None.
+
+    The first start is the motion `known`, if there is one; a start that is not expected to end in time is not made.
 
     A distance d can be travelled if and only if some plateau velocities w, z within the limits satisfy
 
@@ -37,19 +55,26 @@ def local_optimum(
     With a tolerance the distances are variables too, and the positions they add up to stay within `boxes`, the
     lowest and the highest position (G + 1, n) at every waypoint.
     """
-    problem = _Problem(limits, boxes)
+    deadline = search.deadline
+    problem = EstimateProblem(limits, boxes, deadline.left)
     best: LocalOptimum | None = None
-    for index in range(starts):
-        found = problem.solve(problem.first_guess(rng if index else None))
+    longest = 0.0
+    for index in range(0 if known is None else -1, search.starts):
+        if longest > deadline.left or deadline.passed:
+            break
+        begun = deadline.spent
+        guess = problem.guess_from(known) if known is not None and index < 0 else None
+        found = problem.solve(problem.first_guess(search.rng if index else None) if guess is None else guess)
+        longest = max(longest, deadline.spent - begun)
         if found is not None and (best is None or found.total < best.total):
             best = found
     return best
 
 
-class _Problem:
+class EstimateProblem:
     """The smooth problem in durations, velocities and plateau velocities, scaled to order one."""
 
-    def __init__(self, limits: JointLimits, boxes: tuple[Array, Array] | None) -> None:
+    def __init__(self, limits: JointLimits, boxes: tuple[Array, Array] | None, seconds: float) -> None:
         import casadi as ca
 
         self.limits, self.boxes = limits, boxes
@@ -89,6 +114,8 @@ class _Problem:
             "ipopt.tol": 1e-10,
             "ipopt.mu_strategy": "monotone",
         }
+        if np.isfinite(seconds):
+            options["ipopt.max_wall_time"] = max(seconds, 1e-3)
         nlp: dict[str, Any] = {"x": x, "f": ca.sum1(h) / self.unit, "g": g}
         self.solver = ca.nlpsol("bound", "ipopt", nlp, options)
         self.lower, self.upper = self._bounds()
@@ -115,11 +142,19 @@ class _Problem:
         limits = self.limits
         gaps, n = limits.fastest.shape
         distance = 0.5 * (limits.nearest + limits.farthest)
-        h, inner = self.stops, np.zeros((gaps - 1, n))
+        h, inner = np.maximum(self.stops, SMALLEST_SHARE * self.unit), np.zeros((gaps - 1, n))
         if rng is not None:
-            h = self.stops * rng.uniform(0.4, 1.0, gaps)
+            h = h * rng.uniform(0.4, 1.0, gaps)
             mean = distance / h[:, None]
             inner = rng.uniform(0.0, 1.0, inner.shape) * 0.5 * (mean[1:] + mean[:-1])
+        return self._guess(h, inner)
+
+    def guess_from(self, motion: LocalOptimum) -> Array:
+        """Return the durations and velocities of a motion."""
+        return self._guess(motion.durations, motion.velocities[1:-1])
+
+    def _guess(self, h: Array, inner: Array) -> Array:
+        distance = 0.5 * (self.limits.nearest + self.limits.farthest)
         middle = distance / h[:, None]
         start = [] if self.boxes is None else [0.5 * (self.boxes[0][0] + self.boxes[1][0])]
         return np.concatenate([h, inner.ravel(), middle.ravel(), middle.ravel(), distance.ravel(), *start])

@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.deadline import NO_DEADLINE, Deadline
 from ocp_traj.references.timing.clarabel_solver import best_backend, timing_solver
 
 
@@ -111,7 +112,7 @@ class TimingProblem:
             spent = d + e
         self._problem = cp.Problem(cp.Minimize(numbers["times"] @ spent), constraints)
 
-    def solve(self, given: dict[str, Array]) -> TimingAnswer:
+    def solve(self, given: dict[str, Array], deadline: Deadline = NO_DEADLINE) -> TimingAnswer:
         """Put in numbers and solve with Clarabel at its own settings; status as cvxpy names it."""
         cp: Any = import_module("cvxpy")  # its own annotations are incomplete
 
@@ -124,7 +125,8 @@ class TimingProblem:
         try:
             with warnings.catch_warnings():  # the status says it when the answer is inaccurate
                 warnings.filterwarnings("ignore", message="Solution may be inaccurate")
-                self._problem.solve(solver=timing_solver(), canon_backend=best_backend())
+                limited = {} if np.isinf(deadline.seconds) else {"time_limit": deadline.left}
+                self._problem.solve(solver=timing_solver(), canon_backend=best_backend(), **limited)
         except cp.error.SolverError as error:
             return TimingAnswer(f"solver failed: {error}")
         status = str(self._problem.status)
@@ -141,7 +143,7 @@ def _compiled(shapes: tuple[tuple[str, tuple[int, ...]], ...]) -> TimingProblem:
     return TimingProblem(shapes)
 
 
-def solve_numbers(numbers: TimingNumbers) -> TimingAnswer:
+def solve_numbers(numbers: TimingNumbers, deadline: Deadline = NO_DEADLINE) -> TimingAnswer:
     """Solve the problem with these numbers; of equal sizes only the first is compiled."""
     given = numbers.given()
-    return _compiled(tuple((name, value.shape) for name, value in given.items())).solve(given)
+    return _compiled(tuple((name, value.shape) for name, value in given.items())).solve(given, deadline)

@@ -9,11 +9,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.deadline import Deadline
 from ocp_traj.exceptions import InputError
+from ocp_traj.references.timing.clarabel_solver import best_backend
 from ocp_traj.references.timing.convex_problem import TimingAnswer, TimingNumbers, solve_numbers
 from ocp_traj.references.timing.half_planes import touching
 from ocp_traj.references.timing.path_limits import PathRows, describe, path_rows
-from ocp_traj.references.timing.paths import GeometricPath, PathGrid, geometric_path, sample_path
+from ocp_traj.references.timing.paths import (
+    CELLS_A_PIECE,
+    GeometricPath,
+    PathGrid,
+    geometric_path,
+    sample_path,
+)
 from ocp_traj.references.timing.result import ReferenceResult
 from ocp_traj.references.timing.timing import (
     ScaledRows,
@@ -33,8 +41,12 @@ if TYPE_CHECKING:
     from ocp_traj.trajectory import Trajectory
 
 FALLBACK_GRID = 1000
+LEAST_CELLS = 100
 ACTIVE_MULTIPLIER = 1e-6
 """A limit counts as active where loosening it by all of itself would gain this share of the duration."""
+
+WORK = 25.0
+"""Compiling and solving the convex problem takes about so many times as long as TOPP-RA on the same grid."""
 
 NEAR_REST = 20.0
 """Slope of the typical profile of x near a rest, where the path has length 1 and the motion lasts about 1."""
@@ -46,6 +58,7 @@ def convex_reference(
     *,
     thermal_weight: float = 0.0,
     points: int | None = None,
+    time_limit: float = np.inf,
 ) -> ReferenceResult:
     """Return the timing of a fixed path that minimises time, or time and thermal energy, by convex optimisation.
 
@@ -62,6 +75,8 @@ def convex_reference(
         At least 0; above 0 it needs torque limits.
     points : int, optional
         Number of cells; when left out, as many as the time-optimal timing needs to be stable (`toppra_reference`).
+    time_limit : float
+        Seconds; where the problem is not expected to be solved by then, fewer cells are taken, or none.
 
     Returns
     -------
@@ -77,17 +92,46 @@ def convex_reference(
         raise InputError(f"thermal_weight is {thermal_weight}, expected a number of 0 or more")
     if thermal_weight > 0 and not (task.has_inertia and task.limited("torque")):
         raise InputError("thermal_weight is above 0, which needs a robot with inertia and torque limits")
+    deadline = Deadline(time_limit)
     curve = geometric_path(task, path)
     if curve.curve is None:
         return nothing_moves("convex", curve, task)
-    if points is None:
-        fastest = toppra_reference(task, path)
-        points = fastest.points or FALLBACK_GRID
-    return _solve_on_grid(task, curve, points, thermal_weight)
+    if deadline.passed:
+        return _unfinished(curve, deadline)
+    best_backend()  # the compiler is loaded once, which takes a second or two
+    if points is not None:
+        return _solve_on_grid(task, curve, points, thermal_weight, deadline)
+    fastest = toppra_reference(task, path, time_limit=deadline.left / 2)
+    wanted = fastest.points or FALLBACK_GRID
+    possible = _possible_points(fastest, curve.curve, wanted, deadline.left)
+    if not possible:
+        return _unfinished(curve, deadline)
+    result = _solve_on_grid(task, curve, possible, thermal_weight, deadline)
+    if possible == wanted or result.reason:
+        return result
+    allowed = f"its {deadline} of the time limit allowed for {possible} of {wanted} cells"
+    return replace(result, reason=f"{allowed}, so the duration may still change")
+
+
+def _possible_points(fastest: ReferenceResult, curve: Trajectory, wanted: int, seconds: float) -> int:
+    """Return the cells to ask for so that the problem is solved in time, going by TOPP-RA's pace; 0 for none."""
+    if np.isinf(seconds) or not len(fastest.s):
+        return wanted
+    pace = WORK * (fastest.build_time + fastest.solve_time) / len(fastest.s)  # seconds a cell
+    cells = seconds / pace
+    fewest = max(LEAST_CELLS, CELLS_A_PIECE * (len(curve.breakpoints) - 1))
+    return 0 if cells < fewest else min(wanted, int(cells))
+
+
+def _unfinished(path: GeometricPath, deadline: Deadline) -> ReferenceResult:
+    reason = "the time limit left no time for this path"
+    if deadline.seconds > 0:
+        reason = f"its {deadline} of the time limit do not allow for the convex problem of this path"
+    return ReferenceResult("convex", path.name, None, reason)
 
 
 def _solve_on_grid(
-    task: TrajectoryTask, path: GeometricPath, points: int, thermal_weight: float
+    task: TrajectoryTask, path: GeometricPath, points: int, thermal_weight: float, deadline: Deadline
 ) -> ReferenceResult:
     began = time.perf_counter()
     grid = sample_path(path, points)
@@ -98,8 +142,10 @@ def _solve_on_grid(
         return ReferenceResult("convex", path.name, None, reason)
     unit = time_unit(rows)
     built = time.perf_counter()
-    answer, kept = solve_timing(task, grid, rows, end_x, unit, thermal_weight)
+    answer, kept = solve_timing(task, grid, rows, end_x, unit, thermal_weight, deadline)
     timings: dict[str, Any] = {"build_time": built - began, "solve_time": time.perf_counter() - built}
+    if answer.y is None and deadline.passed:
+        return _unfinished(path, deadline)
     if answer.y is None:
         reason = f"the convex problem has no solution on this path (Clarabel: {answer.status})"
         return ReferenceResult("convex", path.name, None, reason, **timings)
@@ -119,7 +165,13 @@ def _solve_on_grid(
 
 
 def solve_timing(
-    task: TrajectoryTask, grid: PathGrid, rows: PathRows, end_x: Array, unit: float, thermal_weight: float
+    task: TrajectoryTask,
+    grid: PathGrid,
+    rows: PathRows,
+    end_x: Array,
+    unit: float,
+    thermal_weight: float,
+    deadline: Deadline,
 ) -> tuple[TimingAnswer, KeptRows]:
     """Solve in units of `unit` seconds; viscous friction by its tangent at the last profile, iterated."""
     profile = typical_profile(grid, end_x)
@@ -132,7 +184,7 @@ def solve_timing(
         numbers = timing_numbers(grid, kept, end_x * unit**2)
         if thermal_weight > 0:
             numbers = _with_torques(numbers, grid, rows, unit, guess, thermal_weight, profile)
-        answer = solve_numbers(numbers)
+        answer = solve_numbers(numbers, deadline)
         if answer.y is None or not rows.by_speed.any():
             break
         if abs(answer.objective - last) <= 1e-7 * abs(answer.objective):

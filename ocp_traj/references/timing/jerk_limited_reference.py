@@ -19,13 +19,14 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.deadline import Deadline
 from ocp_traj.exceptions import InputError
 from ocp_traj.references.timing.clarabel_solver import best_backend
 from ocp_traj.references.timing.path_limits import PathRows, path_rows
@@ -40,6 +41,9 @@ if TYPE_CHECKING:
 
 ROUNDS = 60
 
+WORK = 60.0
+"""Compiling the problem and the first rounds take about so many times as long as preparing its grid."""
+
 
 def jerk_limited_reference(
     task: TrajectoryTask,
@@ -47,6 +51,7 @@ def jerk_limited_reference(
     *,
     points: int = 300,
     tolerance: float = 1e-4,
+    time_limit: float = np.inf,
 ) -> ReferenceResult:
     """Return a timing of a fixed path with bounded jerk besides velocity, acceleration and torque.
 
@@ -62,6 +67,8 @@ def jerk_limited_reference(
         Cells of the grid.
     tolerance : float
         The sequence stops when the duration falls by less than this share.
+    time_limit : float
+        Seconds; the last timing of the sequence by then is returned.
 
     Raises
     ------
@@ -75,6 +82,9 @@ def jerk_limited_reference(
         raise InputError("an end is not at rest, which timing with bounded jerk does not cover")
     if curve.curve is None:
         return nothing_moves("convex-jerk", curve, task)
+    deadline = Deadline(time_limit)
+    if deadline.left <= 0.0:
+        return ReferenceResult("convex-jerk", curve.name, None, "the time limit left no time for this path")
     began = time.perf_counter()
     grid = sample_path(curve, points, dense_ends=True)
     rows = path_rows(task, grid)
@@ -89,11 +99,18 @@ def jerk_limited_reference(
         return ReferenceResult("convex-jerk", curve.name, None, reason or failure_at(grid, rows, node))
     problem = _JerkProblem(task, grid, rows)
     built = time.perf_counter()
-    x, reason = problem.improve(smooth_timing(grid), tolerance)
+    if WORK * (built - began) > deadline.left:
+        reason = f"its {deadline} of the time limit do not allow for timing this path with bounded jerk"
+        return ReferenceResult("convex-jerk", curve.name, None, reason)
+    x, reason = problem.improve(smooth_timing(grid), tolerance, deadline)
     timings: dict[str, Any] = {"build_time": built - began, "solve_time": time.perf_counter() - built}
     if reason:
         return ReferenceResult("convex-jerk", curve.name, None, reason, **timings)
-    return finished("convex-jerk", curve, grid, rows, x, points=points, **timings)
+    result = finished("convex-jerk", curve, grid, rows, x, points=points, **timings)
+    if not deadline.passed or result.reason:
+        return result
+    reason = f"its {deadline} of the time limit ended the sequence, so the duration may still fall"
+    return replace(result, reason=reason)
 
 
 def smooth_timing(grid: PathGrid) -> Array:
@@ -170,15 +187,19 @@ class _JerkProblem:
         ends = np.array([x[1], x[-2]]) / self.ends
         return float(max(ratio, ends.max() ** 1.5))
 
-    def improve(self, x: Array, tolerance: float) -> tuple[Array, str]:
+    def improve(self, x: Array, tolerance: float, deadline: Deadline) -> tuple[Array, str]:
         """Return the last of a falling sequence of timings, in 1/s^2, and why there is none."""
         x = x * self._slowing(x) * (1 - 1e-9)
         unit = float(cell_durations(self.grid.s, x).sum())
         x = x * unit**2
         solve = self._compiled(unit, x)
-        duration = 1.0
+        duration, longest = 1.0, 0.0
         for _ in range(ROUNDS):
+            if longest > deadline.left or deadline.passed:
+                break
+            begun = deadline.spent
             trial = solve(x)
+            longest = max(longest, deadline.spent - begun)
             if trial is None:
                 break
             trial = trial * min(self._slowing(trial / unit**2), 1.0)

@@ -8,7 +8,8 @@ grid cell, so corners and jumps of curvature between pieces are exact.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import comb
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
 
 WAYPOINT_PATHS = ("uniform", "chord")
 """Splines through the waypoints: knots at equal distances, or at distances equal to the chords."""
+
+CELLS_A_PIECE = 8
+"""Least number of cells of a polynomial piece."""
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
@@ -118,9 +122,11 @@ def geometric_path(task: TrajectoryTask, path: str | Trajectory) -> GeometricPat
     if moving.size == 0:
         return GeometricPath(path, None, moving, end_speeds)
     points = task.waypoints[np.append(moving, moving[-1] + 1)]
+    passed = np.append(0, np.cumsum(chords > 0))
     steps = np.ones(moving.size) if path == "uniform" else chords[moving]
     knots = np.append(0.0, np.cumsum(steps / steps.sum()))
     curve = _spline_through(knots, points, np.asarray(task.boundary.velocity), end_speeds, path)
+    curve = replace(curve, waypoint_times=knots[passed])  # one for each of equal waypoints
     return GeometricPath(path, curve, moving, end_speeds)
 
 
@@ -193,7 +199,7 @@ def sample_path(path: GeometricPath, points: int, *, dense_ends: bool = False) -
 def _grid_parameters(curve: Trajectory, points: int, dense_ends: bool) -> tuple[Array, npt.NDArray[np.int_]]:
     """Return grid parameters (N + 1,) and the piece of every cell (N,)."""
     breakpoints, duration = curve.breakpoints, curve.duration
-    cells = np.maximum(8, np.ceil(points * np.diff(breakpoints) / duration)).astype(int)
+    cells = np.maximum(CELLS_A_PIECE, np.ceil(points * np.diff(breakpoints) / duration)).astype(int)
     values = [np.linspace(breakpoints[k], breakpoints[k + 1], cells[k] + 1)[:-1] for k in range(len(cells))]
     if dense_ends:
         z = np.linspace(0.0, 1.0, points + 1)
@@ -217,10 +223,31 @@ def _reversals(curve: Trajectory) -> Array:
     for piece in range(velocity.shape[0]):
         span = curve.breakpoints[piece + 1] - curve.breakpoints[piece]
         scaled = velocity[piece] * span ** np.arange(velocity.shape[2])
-        for row in scaled[np.abs(scaled).max(axis=1) > 1e-12 * max(np.abs(scaled).max(), 1e-300)]:
-            real = _roots_inside(row)
-            found.append(curve.breakpoints[piece] + span * real)
+        moving = np.abs(scaled).max(axis=1) > 1e-12 * max(np.abs(scaled).max(), 1e-300)
+        rows = scaled[moving & ~_keep_their_sign(scaled)]
+        roots = [_quadratic_roots(rows)] if rows.shape[1] == 3 else [_roots_inside(row) for row in rows]
+        found += [curve.breakpoints[piece] + span * real for real in roots]
     return np.concatenate(found) if found else np.empty(0)
+
+
+def _keep_their_sign(polynomials: Array) -> npt.NDArray[np.bool_]:
+    """Return which polynomials (n, degree + 1) surely have no root in [0, 1], (n,): by Bernstein coefficients."""
+    degree = polynomials.shape[1] - 1
+    matrix = np.array([[comb(j, i) / comb(degree, i) for i in range(degree + 1)] for j in range(degree + 1)])
+    bernstein = polynomials @ matrix.T
+    least, most = bernstein.min(axis=1), bernstein.max(axis=1)
+    clear = 1e-9 * np.abs(bernstein).max(axis=1)
+    return np.asarray((least > clear) | (most < -clear))
+
+
+def _quadratic_roots(rows: Array) -> Array:
+    """Return all real roots in (0, 1) of quadratics (n, 3) with ascending coefficients, without cancellation."""
+    c, b, a = rows.T
+    square = b**2 - 4.0 * a * c
+    with np.errstate(divide="ignore", invalid="ignore"):
+        far = -0.5 * (b + np.copysign(np.sqrt(square), b))
+        roots = np.concatenate([far / a, c / far])
+    return np.asarray(roots[(roots > 1e-9) & (roots < 1 - 1e-9)])
 
 
 def _roots_inside(row: Array) -> Array:

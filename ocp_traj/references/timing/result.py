@@ -23,7 +23,7 @@ class ReferenceResult:
     duration : float or None
         s; None when no timing was found, then `reason` says why.
     reason : str
-        One sentence on the failure; empty otherwise.
+        One sentence on the failure, or on what a time limit left undone; empty otherwise.
     s : (N + 1,) array
         Grid over the path's arc length, scaled to [0, 1].
     speed : (N + 1,) array

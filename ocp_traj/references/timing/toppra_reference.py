@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ocp_traj.arrays import Array
+from ocp_traj.deadline import NO_DEADLINE, Deadline
 from ocp_traj.exceptions import InputError
 from ocp_traj.references.timing.path_limits import PathRows, path_rows
 from ocp_traj.references.timing.paths import GeometricPath, PathGrid, geometric_path, sample_path
@@ -43,6 +44,7 @@ def toppra_reference(
     duration: float | None = None,
     stability: float = 5e-4,
     points: int | None = None,
+    time_limit: float = np.inf,
 ) -> ReferenceResult:
     """Return the shortest timing of a fixed path within velocity, acceleration and torque limits.
 
@@ -58,11 +60,14 @@ def toppra_reference(
         0.1 % where the error at least halves).
     points : int, optional
         Number of cells, instead of that doubling.
+    time_limit : float
+        Seconds; a grid that is not expected to be finished by then is not begun. The first one is if there is any.
 
     Returns
     -------
     ReferenceResult
-        With `duration` None and a `reason` where no timing was found.
+        With `duration` None and a `reason` where no timing was found; with both where time was up before the
+        duration was stable.
 
     Raises
     ------
@@ -71,24 +76,38 @@ def toppra_reference(
     """
     if duration is not None and not (np.isfinite(duration) and duration > 0):
         raise InputError(f"duration is {duration}, expected a positive number of seconds")
+    deadline = Deadline(time_limit)
     curve = geometric_path(task, path)
     if curve.curve is None:
         result = nothing_moves("toppra", curve, task)
+    elif deadline.passed:
+        return ReferenceResult("toppra", curve.name, None, "the time limit left no time for this path")
     else:
-        result = refine(lambda cells: _solve_on_grid(task, curve, cells), stability, points)
+        result = refine(lambda cells: _solve_on_grid(task, curve, cells), stability, points, deadline)
     return result if duration is None else _slowed(result, task, curve, duration)
 
 
-def refine(solve: Callable[[int], ReferenceResult], stability: float, points: int | None) -> ReferenceResult:
+def refine(
+    solve: Callable[[int], ReferenceResult],
+    stability: float,
+    points: int | None,
+    deadline: Deadline = NO_DEADLINE,
+) -> ReferenceResult:
     """Return `solve` on a grid of `points` cells, or doubled until the duration is stable.
 
-    A failure on the first grids is not final: coarse cells at sharp turns can be infeasible.
+    A failure on the first grids is not final: coarse cells at sharp turns can be infeasible. A grid of twice the
+    cells is expected to take twice the time.
     """
     if points is not None:
         return solve(points)
     previous, cells = solve(FIRST_GRID), 2 * FIRST_GRID
+    last = deadline.spent
     while cells <= LARGEST_GRID:
+        if 2.0 * last > deadline.left:
+            return replace(previous, reason=_out_of_time(previous, cells // 2, deadline))
+        begun = deadline.spent
         result = solve(cells)
+        last = deadline.spent - begun
         found = previous.duration is not None and result.duration is not None
         if found and abs(result.duration - previous.duration) <= stability * result.duration:  # type: ignore[operator]
             return result
@@ -99,6 +118,12 @@ def refine(solve: Callable[[int], ReferenceResult], stability: float, points: in
         reason = f"the duration still changes by more than {stability:g} with {LARGEST_GRID} cells"
         _logger.warning("%s path: %s", previous.path, reason)
     return previous
+
+
+def _out_of_time(result: ReferenceResult, cells: int, deadline: Deadline) -> str:
+    if result.duration is None:
+        return f"{result.reason} (with {cells} cells; its {deadline} of the time limit did not allow for more)"
+    return f"its {deadline} of the time limit allowed for {cells} cells only, so the duration may still change"
 
 
 def _solve_on_grid(task: TrajectoryTask, path: GeometricPath, points: int) -> ReferenceResult:

@@ -99,10 +99,12 @@ class DampedLeastSquares(InverseKinematics):
     def _error(self, pin: Any, q: Array, target: Any) -> tuple[Array, Array]:
         """Return the pose error (6,) in tool axes and its Jacobian (6, n)."""
         model, data = self.robot.bare_model, self._data
-        pin.computeJointJacobians(model, data, q)
+        pin.computeJointJacobians(model, data, self.robot.model_positions(q))
         tool = data.oMi[self._joint] * pin.SE3(self._placement)
         twist = pin.getJointJacobian(model, data, self._joint, pin.ReferenceFrame.LOCAL)
         local = pin.SE3(self._placement).inverse().toActionMatrix() @ twist
+        if self.robot.coupling is not None:
+            local = local @ self.robot.coupling.matrix
         missing = target.actInv(tool)
         return pin.log6(missing).vector, pin.Jlog6(missing) @ local
 

@@ -32,7 +32,7 @@ def inverse_kinematics_of(robot: Robot) -> InverseKinematics:
     ----------
     robot : Robot
     """
-    if robot.n == 6 and "prismatic" not in robot.joint_types:
+    if robot.n == 6 and "prismatic" not in robot.joint_types and robot.coupling is None:
         screws = screws_of(robot)
         for closed_form in (ThreeParallelAxes, SphericalWrist):
             try:

@@ -45,36 +45,51 @@ def attempt(
     account : Account
         Pays for it.
     continued : bool
-        Whether motions with fewer virtual knots are solved first.
+        Whether motions with fewer virtual knots are solved first, from as many on as the guess has.
     """
     if continued:
-        for knots in continuation(task.family, task.virtual_knots)[:-1]:
+        own = 0 if guess is None else (len(guess.breakpoints) - 1) // task.gaps - 1
+        for knots in [each for each in continuation(task.family, task.virtual_knots)[:-1] if each >= own]:
             guess = _solve_few_knots(task, knots, guess, settings, account)
     start = initial_guess(task) if guess is None else fit_guess(task, guess)
     rough = min(settings.tuning.rough_rounds, settings.rounds) if _starts_roughly(task, settings) else 0
-    return _refine(task, start, settings, account, warm=guess is not None, rough=rough)
+    return refine(task, start, settings, account, warm=guess is not None, rough=rough)
 
 
-def _refine(
+def refine(
     task: TrajectoryTask,
     start: Trajectory,
     settings: GradientSettings,
     account: Account,
     *,
     warm: bool,
-    rough: int,
+    rough: int = 0,
+    held: bool = False,
 ) -> Answer:
-    """Solve, add what is found broken and solve again; the first `rough` rounds loosely only.
+    """Solve, add what is found broken and solve again.
 
-    When a round fails after loose ones, all is done again without those.
+    Parameters
+    ----------
+    task : TrajectoryTask
+    start : Trajectory
+        Of the task's family, with its knots.
+    settings : GradientSettings
+    account : Account
+        Pays for it.
+    warm : bool
+        The start is near the answer.
+    rough : int
+        Rounds at first that are solved loosely only; when one fails after these, all is done again without them.
+    held : bool
+        Hold the durations of all segments at the start's.
     """
     extra, samples, answer, loose = NO_POINTS, 0, None, False
-    tuning, nlp = settings.tuning, build_nlp(task, start, settings, account)
+    tuning, nlp = settings.tuning, build_nlp(task, start, settings, account, held=held)
     for _ in range(settings.rounds + 1):
         found = call_plugin(nlp, loosened(settings) if rough else settings, account, warm=warm, before=answer)
         if not found.solved:
             if loose and not account.exhausted():  # a motion that is only nearly the best is no answer
-                return _refine(task, start, settings, account, warm=warm, rough=0)
+                return refine(task, start, settings, account, warm=warm, held=held)
             if answer is None or not can_be_mended(task, answer.trajectory):
                 return found
             return replace(answer, message=found.message, status=found.status if loose else answer.status)
@@ -88,7 +103,9 @@ def _refine(
                 samples = 2 * max(samples, tuning.condensed_samples)
             extra, rough = extra.joined(fresh), max(0, rough - 1)
             motion = answer.trajectory
-            nlp = build_nlp(task, motion, settings, account, extra=extra, layout=layout, samples=samples)
+            nlp = build_nlp(
+                task, motion, settings, account, extra=extra, layout=layout, samples=samples, held=held
+            )
         elif rough:
             rough = 0
         else:
@@ -106,6 +123,7 @@ def build_nlp(
     extra: ExtraPoints = NO_POINTS,
     layout: Layout | None = None,
     samples: int = 0,
+    held: bool = False,
 ) -> Nlp:
     """Return the lifted form, or the condensed one of families that have no other.
 
@@ -123,12 +141,15 @@ def build_nlp(
         Of the same task's earlier problem.
     samples : int
         Samples per gap; 0 leaves them to the settings.
+    held : bool
+        Hold the durations of all segments at the guess's, in the lifted form.
     """
     clock = time.perf_counter()
     nlp: Nlp
     if task.family.has_lifted_form:
         compiled = settings.compiled and plugin_named(settings.plugin).own_derivatives
-        nlp = LiftedNlp(task, guess, samples or settings.samples, extra, layout=layout, compiled=compiled)
+        first = samples or settings.samples
+        nlp = LiftedNlp(task, guess, first, extra, layout=layout, compiled=compiled, held=held)
     else:
         first = max(settings.samples, settings.tuning.condensed_samples)
         nlp = condensed_from(task, guess, settings, samples or first)
@@ -156,7 +177,7 @@ def _solve_few_knots(
 ) -> Trajectory | None:
     """Return a motion with fewer virtual knots, None where there is none."""
     try:
-        stage = task.changed(virtual_knots=knots)
+        stage = task.changed(virtual_knots=knots, boundary=task.boundary)
     except TaskError:  # too few knots for the boundary conditions
         return guess
     start = initial_guess(stage) if guess is None else fit_guess(stage, guess)

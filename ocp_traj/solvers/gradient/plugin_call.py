@@ -14,7 +14,8 @@ from metaheuristics import Status
 from ocp_traj.arrays import Array
 from ocp_traj.solvers.gradient.account import Account
 from ocp_traj.solvers.gradient.plugins import Stage, plugin_named, read_status, readable_reason
-from ocp_traj.solvers.gradient.settings import GradientSettings
+from ocp_traj.solvers.gradient.settings import GradientSettings, Tuning
+from ocp_traj.solvers.pace import NO_TIME, derivatives_in_time
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
@@ -23,6 +24,9 @@ from ocp_traj.transcription.nlp import Nlp, RowBlock
 
 ACCEPTABLE = "Solved_To_Acceptable_Level"
 """IPOPT's word for giving up near an answer."""
+
+STEEPEST_COST = 100.0
+"""Gradient of the cost above which IPOPT scales the cost down to it (its option nlp_scaling_max_gradient)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,16 +106,23 @@ def _call_once(
     exact: bool = True,
 ) -> Answer:
     clock = time.perf_counter()
+    order, seconds = derivatives_in_time(nlp, account.left.time_limit)
+    if not order:
+        account.build_time += time.perf_counter() - clock
+        account.evaluations += 1
+        return replace(first_point(nlp, NO_TIME), status=Status.TIME_EXHAUSTED)
     plugin = plugin_named(settings.plugin)
     dual = before is not None and plugin.takes_multipliers and isinstance(nlp, LiftedNlp)
+    first = before.x if dual and before is not None else np.asarray(nlp.guess)
+    long = nlp.task.gaps > settings.tuning.long_path
     stage = Stage(
-        settings.tolerance,
+        max(settings.tolerance, settings.tuning.long_path_tolerance) if long else settings.tolerance,
         account.evaluations_left(settings.iterations),
-        account.left.time_limit,
+        seconds,
         warm or before is not None,
         dual,
-        max(1.0, (nlp.task.gaps - settings.tuning.unscaled_gaps) / 2) / max(abs(_cost(nlp)), 1e-300),
-        exact,
+        _cost_scale(nlp, first, settings.tuning),
+        exact and order > 1,
     )
     quiet = {"print_time": False, "error_on_fail": False, "show_eval_warnings": False}
     options = {**quiet, **plugin.options(stage)}
@@ -154,12 +165,20 @@ def first_point(nlp: Nlp, message: str) -> Answer:
     return Answer(nlp, x, nlp.decode(x), Status.FAILED, message, cost, violation, *nothing)
 
 
-def _cost(nlp: Nlp) -> float:
-    """Return the cost at the guess."""
+def _cost_scale(nlp: Nlp, first: Array, tuning: Tuning) -> float:
+    """Return one over the size of the cost at the guess, more for many gaps.
+
+    IPOPT scales a steep cost by its gradient at the first point besides; that is undone, so that the size of a
+    weight decides nothing.
+    """
     ready = nlp.derivatives.get("grad_f")
-    if ready is not None:
-        return float(ready(nlp.guess, [])[0])
-    return float(nlp.evaluate(np.asarray(nlp.guess)[None, :]).cost[0])
+    if ready is None:
+        cost, steepness = float(nlp.evaluate(np.asarray(nlp.guess)[None, :]).cost[0]), 0.0
+    else:
+        cost = float(ready(nlp.guess, [])[0])
+        steepness = float(np.abs(np.array(ready(first, [])[1])).max(initial=0.0))
+    gaps = max(1.0, (nlp.task.gaps - tuning.unscaled_gaps) / 2)
+    return gaps * max(1.0, steepness / STEEPEST_COST) / max(abs(cost), 1e-300)
 
 
 def carry_multipliers(old: list[RowBlock], new: list[RowBlock], multipliers: Array) -> Array:

@@ -10,13 +10,17 @@ from metaheuristics import Status
 from ocp_traj.exceptions import TaskError
 from ocp_traj.solvers.gradient.account import Account
 from ocp_traj.solvers.gradient.attempt import attempt, build_nlp, continuation, fit_guess
-from ocp_traj.solvers.gradient.diagnosis import too_short
-from ocp_traj.solvers.gradient.elastic import elastic_phase
 from ocp_traj.solvers.gradient.plugin_call import Answer, first_point
+from ocp_traj.solvers.gradient.reasons.diagnosis import too_short
+from ocp_traj.solvers.gradient.reasons.elastic import elastic_phase
+from ocp_traj.solvers.gradient.reasons.reach import proved_longer
 from ocp_traj.solvers.gradient.settings import GradientSettings
+from ocp_traj.solvers.gradient.slow import slow_motion
 from ocp_traj.solvers.gradient.starts import other_starts
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.transcription.lifted.lifted import LiftedNlp
+
+NOT_FOUND = "No motion was found. In the way: "
 
 
 def recover(
@@ -24,14 +28,20 @@ def recover(
 ) -> tuple[Answer, str]:
     """Try again from elsewhere after a failure, or explain it; return an answer and the explanation.
 
-    A motion with fewer virtual knots is a start, and the answer if that fails too: the task contains it.
-    Otherwise the elastic phase either gives a feasible start or names what is in conflict; as it looks near
-    its start only, more starts have to fail, too.
+    A motion with fewer virtual knots is a start, and the answer if that fails too: the task contains it. So is a
+    slow motion in closed form. Only a proof makes the status `infeasible`; else the answer stalled, and what stood in
+    the way is named: a shortest motion that takes too long, or the limits that the elastic phase had to break. As
+    that looks near its start only, more starts have to fail, too.
     """
+    if failed.status is Status.TIME_EXHAUSTED:
+        return failed, ""
     contained = with_fewer_knots(task, failed, settings, account)
     if contained is not None:
         answer = attempt(task, contained.trajectory, settings, account, continued=False)
         return (answer if answer.solved else contained), ""
+    proof = "" if account.exhausted() else proved_longer(task, account.left.time_limit)
+    if proof:
+        return replace(failed, status=Status.INFEASIBLE), proof
 
     def shortest(longer: TrajectoryTask, sampled: bool) -> float | None:
         kept = replace(settings, rounds=0) if sampled else settings
@@ -40,8 +50,11 @@ def recover(
 
     sentence = too_short(task, shortest)
     if sentence:
-        return replace(failed, status=Status.INFEASIBLE), sentence
-    best, sentence = relax(task, failed, settings, account)
+        return replace(failed, status=Status.STALLED), NOT_FOUND + sentence
+    best, possible = from_slow_motion(task, failed, settings, account)
+    sentence = ""
+    if not best.solved:
+        best, sentence = relax(task, best, settings, account)
     count = settings.attempts - 1
     if sentence:
         most = min(settings.iterations, settings.tuning.confirming_iterations)
@@ -52,7 +65,20 @@ def recover(
     stop = account.exhausted()
     if stop is not None:
         return replace(best, status=stop), ""
-    return (replace(best, status=Status.INFEASIBLE) if sentence else best), sentence
+    if best.status is Status.INFEASIBLE or sentence:  # the word of a solver that looked near its start only
+        best = replace(best, status=Status.STALLED)
+    return best, NOT_FOUND + sentence if sentence and not possible else ""
+
+
+def from_slow_motion(
+    task: TrajectoryTask, failed: Answer, settings: GradientSettings, account: Account
+) -> tuple[Answer, bool]:
+    """Start from a slow motion in closed form; return the better answer, and whether there is such a motion."""
+    slow = None if account.exhausted() else slow_motion(task)
+    if slow is None:
+        return failed, False
+    answer = attempt(task, slow, settings, account, continued=False)
+    return min(failed, answer, key=lambda each: each.rank), True
 
 
 def try_elsewhere(
@@ -77,7 +103,7 @@ def with_fewer_knots(
         if account.exhausted():
             break
         try:
-            smaller = task.changed(virtual_knots=knots)
+            smaller = task.changed(virtual_knots=knots, boundary=task.boundary)
         except TaskError:  # too few knots for the boundary conditions
             continue
         answer = attempt(smaller, None, settings, account, continued=knots > 0)

@@ -50,6 +50,14 @@ class Tuning:
         Where an elastic phase finds no durations, they are held at those of the first point, slowed by this.
     smallest_slack : float
         Slacks below this, as fractions of the limit, are rounding.
+    long_path : int
+        Gaps above which the last digits take most of the iterations and bring nothing.
+    long_path_tolerance : float
+        Tolerance of the plug-in there.
+    freeing_iterations : int
+        Iterations at most of the solve that frees held knots.
+    further_starts : int
+        Starts at most beside the first one of a task that is known to have bad optima; each costs about as much.
     """
 
     loose_tolerance: float = 1e-3
@@ -70,6 +78,10 @@ class Tuning:
     elastic_time_weight: float = 1e-4
     elastic_slowing: float = 4.0
     smallest_slack: float = 1e-9
+    long_path: int = 10
+    long_path_tolerance: float = 1e-6
+    freeing_iterations: int = 200
+    further_starts: int = 2
 
     def __post_init__(self) -> None:
         check_settings("a gradient solver", Tuning, self.__dict__)

@@ -13,6 +13,7 @@ from metaheuristics import Solution
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import InputError
 from ocp_traj.solvers.population.between_samples import KEPT, may_be_refused, refine
+from ocp_traj.solvers.population.explaining import explained
 from ocp_traj.solvers.solver import DEFAULT_BUDGET, Outcome, Request, Solver
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
@@ -69,8 +70,10 @@ class CondensedSolver(Solver):
             evaluations=solution.evaluations + spent,
         )
         counts = {**counts, "evaluate": solution.evaluations - spent}
-        assert isinstance(solution.problem, CondensedNlp)
-        return Outcome(solution.problem.decode(solution.x), solution, counts)
+        answered = solution.problem
+        assert isinstance(answered, CondensedNlp)
+        solution, diagnosis = explained(answered, solution)
+        return Outcome(answered.decode(solution.x), solution, counts, diagnosis)
 
     def search_between_samples(
         self, nlp: CondensedNlp, request: Request, start: Any, spent: int
@@ -78,9 +81,11 @@ class CondensedSolver(Solver):
         """Search, and go on beside the answer where the judge would refuse it for what lies between samples."""
         total = (request.budget or DEFAULT_BUDGET) - spent
         kept = int(KEPT * total) if may_be_refused(nlp.task, nlp) else 0
+        if not kept:
+            return self.search(nlp, request, start, spent)
         solution = self.search(nlp, replace(request, budget=total - kept), start)
         rest = replace(request, budget=total).less(solution.evaluations, solution.seconds)
-        return refine(nlp.task, solution, rest, self.problem, self.search) if kept else solution
+        return refine(nlp.task, solution, rest, self.problem, self.search)
 
     def start_candidates(self, nlp: CondensedNlp, request: Request) -> tuple[Any, int, dict[str, int]]:
         """Return known candidates (k, d) or None, the evaluations spent on them, and counts of calls."""

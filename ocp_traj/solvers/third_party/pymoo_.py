@@ -20,6 +20,7 @@ from metaheuristics.nondominated import find_front
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import InputError
 from ocp_traj.solvers.population.counting import BudgetSpent, Counted
+from ocp_traj.solvers.population.explaining import explained
 from ocp_traj.solvers.solver import DEFAULT_BUDGET, Outcome, Request
 from ocp_traj.solvers.third_party.third_party import ThirdParty
 from ocp_traj.task import TrajectoryTask
@@ -137,7 +138,9 @@ class Nsga2OfPymoo(ThirdParty):
         front, solution = self._search_front(task, request)
         counts = {"evaluate": front.evaluations, "front": len(front.durations)}
         if not len(front.durations):
-            return Outcome(None, solution, counts, "NSGA-II has seen no motion that keeps every limit.")
+            assert isinstance(solution.problem, CondensedNlp)
+            solution, diagnosis = explained(solution.problem, solution)
+            return Outcome(None, solution, counts, diagnosis or "NSGA-II has seen no motion that keeps every limit.")
         weights = task.objective.weights
         values = weights.get("time", 0.0) * front.durations + weights.get("energy", 0.0) * front.energies
         best = int(values.argmin())

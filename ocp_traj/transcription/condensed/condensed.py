@@ -7,6 +7,7 @@ the same rows with the same numbers.
 
 from __future__ import annotations
 
+import time
 from functools import cached_property
 from typing import Any
 
@@ -96,32 +97,40 @@ class CondensedNlp(Nlp):
         X = np.atleast_2d(np.asarray(X, dtype=np.float64))
         return self.encoding.evaluate(self.encoding.curves(X))
 
-    def decode(self, x: Array) -> Trajectory:
-        """Return the exact trajectory that variables x (d,) stand for."""
+    def motion(self, x: Array) -> Trajectory:
+        """Return the exact trajectory that variables x (d,) stand for; see `Nlp.motion`."""
         return self.encoding.decode(x)
 
     def encode(self, trajectory: Trajectory) -> Array:
         """Return the variables of a motion of this family with the same number of knots (not clipped)."""
-        return self.encoding.encode(trajectory)
+        known = trajectory if self.preparation is None else self.preparation.prepared(trajectory)
+        return self.encoding.encode(known)
 
     @cached_property
-    def _symbols(self) -> tuple[Symbol, Symbol, Symbol]:
-        return condensed_symbols(self.encoding)
+    def _symbols(self) -> tuple[float, tuple[Symbol, Symbol, Symbol]]:
+        begin = time.perf_counter()
+        symbols = condensed_symbols(self.encoding)
+        return time.perf_counter() - begin, symbols
+
+    @property
+    def symbol_seconds(self) -> float:
+        """Seconds that making the symbols took."""
+        return self._symbols[0]
 
     @property
     def x(self) -> Symbol:
         """Symbol of the variables (d,)."""
-        return self._symbols[0]
+        return self._symbols[1][0]
 
     @property
     def f(self) -> Symbol:
         """Symbolic cost."""
-        return self._symbols[1]
+        return self._symbols[1][1]
 
     @property
     def g(self) -> Symbol:
         """Symbolic constraint rows (m,)."""
-        return self._symbols[2]
+        return self._symbols[1][2]
 
     @property
     def derivatives(self) -> dict[str, Any]:  # type: ignore[override]

@@ -87,12 +87,25 @@ def _add_limit(parts: Parts, layout: Layout, limit: DerivativeLimit, extra: Deri
     segment, joint = layout.places
     inner = inner_fractions(layout.degree) if 0 < limit.order < layout.degree - 1 else []
     places = [(segment, joint, np.full(len(segment), fraction)) for fraction in inner]
+    if layout.degree == 3 and limit.order == 1 and not layout.task.virtual_knots:
+        quick = _quick_joints(layout)[joint]
+        places.append((segment[quick], joint[quick], np.full(int(quick.sum()), 0.5)))
     found = np.array([point[1:] for point in extra if point[0] == limit.order]).reshape(-1, 3)
     places.append((found[:, 0].astype(np.int64), found[:, 1].astype(np.int64), found[:, 2]))
     if layout.degree == 3 and limit.order == 1 and layout.task.virtual_knots:
         _add_sampled(parts, layout, limit, segment, joint, np.full(len(segment), 0.5), bernstein=True)
     joined = [np.concatenate(columns) for columns in zip(*places)]
     _add_sampled(parts, layout, limit, *joined, bernstein=False)
+
+
+def _quick_joints(layout: Layout) -> Any:
+    """Return which moving joints have no acceleration limit that counts, (n',) bool.
+
+    A cubic's velocity is limited at its knots; joints that move alike may all rest there, and then nothing else keeps
+    them from passing between in no time.
+    """
+    most = np.abs(layout.task.limits.get("acceleration")).max(axis=(0, 1))[layout.moving]
+    return ~(most <= layout.state_scales[2])
 
 
 def _add_sampled(
@@ -171,6 +184,8 @@ def _add_end_jerk(parts: Parts, layout: Layout) -> None:
 
 def _add_squared(parts: Parts, layout: Layout, order: int, weight: float) -> None:
     segment, joint = layout.places
+    if not len(joint):  # where no joint moves, nothing is squared
+        return
     first = min(order, layout.degree - 1)
     variables = _states_around(layout, segment, joint, first)
     parameters = np.column_stack(

@@ -11,6 +11,7 @@ from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.curve import build_trajectory
 from ocp_traj.transcription.lifted.assembly import assemble
+from ocp_traj.transcription.lifted.consistent import consistent_variables
 from ocp_traj.transcription.lifted.instant_rows import add_instants
 from ocp_traj.transcription.lifted.kinematic_rows import DerivativePoints, add_kinematics
 from ocp_traj.transcription.lifted.layout import Layout, make_layout
@@ -61,6 +62,8 @@ class LiftedNlp(Nlp):
         Variables and scales of an earlier problem of the same task, to be kept; by default chosen from the guess.
     compiled : bool
         Use machine code for functions of an instant where there is a C compiler; same results.
+    held : bool
+        Hold the durations of all segments at the guess's.
     """
 
     form = "lifted"
@@ -75,6 +78,7 @@ class LiftedNlp(Nlp):
         *,
         layout: Layout | None = None,
         compiled: bool = False,
+        held: bool = False,
     ) -> None:
         self.layout = make_layout(task, guess) if layout is None else layout
         self.samples, self.extra = samples, extra
@@ -82,6 +86,9 @@ class LiftedNlp(Nlp):
         add_kinematics(parts, self.layout, extra.derivatives)
         add_instants(parts, self.layout, guess, samples, extra.instants, compiled)
         lower, upper = state_bounds(self.layout)
+        if held:
+            still = slice(0, self.layout.segments)
+            lower[still] = upper[still] = self.layout.encode(guess)[still]
         slacks = np.concatenate([*parts.slack_starts, np.empty(0)])
         lower = np.concatenate([lower, np.zeros(len(slacks))])
         upper = np.concatenate([upper, np.full(len(slacks), np.inf)])
@@ -102,7 +109,8 @@ class LiftedNlp(Nlp):
             rows=parts.labels(),
         )
 
-    def decode(self, x: Array) -> Trajectory:
-        """Return the spline through the knots of x: exact at waypoints and boundaries whatever the defects."""
-        durations = np.maximum(self.layout.durations(np.asarray(x)), np.finfo(float).tiny)
-        return build_trajectory(self.task, durations, self.layout.positions(np.asarray(x)))
+    def motion(self, x: Array) -> Trajectory:
+        """Return the spline through the knots of x, made consistent first; exact at waypoints and boundaries."""
+        consistent = consistent_variables(self.layout, np.asarray(x)[: self.layout.size])
+        durations = np.maximum(self.layout.durations(consistent), np.finfo(float).tiny)
+        return build_trajectory(self.task, durations, self.layout.positions(consistent))

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from helpers import comparison_fakes as fakes
-from helpers.processes import child_environment, ends, interrupt
+from helpers.processes import child_environment, ends, interrupt, start_process
 from ocp_traj.comparison.runs.compare import ComparisonProgress, compare
 from ocp_traj.comparison.runs.plan import CaseChoice, Plan
 from ocp_traj.comparison.runs.store import Store, StoredRun
@@ -194,7 +194,7 @@ compare(plan, Path(sys.argv[1]), jobs=2, identify=fakes.identify)
 
 
 def start(folder: Path, **environment: str) -> subprocess.Popen[bytes]:
-    return subprocess.Popen(
+    return start_process(
         [sys.executable, "-c", _SCRIPT, str(folder)],
         env={**child_environment(), **environment},
         stdout=subprocess.PIPE,

@@ -65,7 +65,7 @@ def test_the_certified_durations_keep_the_limits(fanuc: TrajectoryTask) -> None:
 
 def test_a_straight_cubic_is_known_in_closed_form() -> None:
     # one clamped cubic over d: peak acceleration 6 d / T^2, peak velocity 1.5 d / T
-    task = TrajectoryTask(np.array([[0.0], [2.0]]), Limits(velocity=1.0, acceleration=100.0))
+    task = TrajectoryTask(np.array([[0.0], [2.0]]), Limits(velocity=1.0, acceleration=100.0), virtual_knots=0)
     result = certify(task)
     assert result.certified
     assert result.upper == pytest.approx(3.0, rel=1e-9)
@@ -74,7 +74,7 @@ def test_a_straight_cubic_is_known_in_closed_form() -> None:
 def test_no_random_durations_beat_a_certificate() -> None:
     rng = np.random.default_rng(3)
     points = rng.normal(size=(4, 2))
-    task = TrajectoryTask(points, Limits(velocity=1.0, acceleration=1.5, jerk=8.0), family="cubic")
+    task = TrajectoryTask(points, Limits(velocity=1.0, acceleration=1.5, jerk=8.0), family="cubic", virtual_knots=0)
     result = certify(task, gap=0.05)
     assert result.certified
     totals, _ = SplineBounds(task).totals(rng.dirichlet(np.ones(3), 3000))
@@ -95,11 +95,11 @@ def test_no_random_durations_beat_a_certificate() -> None:
     ],
 )
 def test_what_is_not_covered_is_said(changes: dict[str, object], message: str) -> None:
-    task = TrajectoryTask(np.array([[0.0], [1.0]]), Limits(acceleration=1.0)).changed(**changes)
+    task = TrajectoryTask(np.array([[0.0], [1.0]]), Limits(acceleration=1.0), virtual_knots=0).changed(**changes)
     result = certify(task)
     assert result.lower is None and not result.certified and result.message == message
 
 
 def test_five_gaps_are_too_many() -> None:
-    result = certify(TrajectoryTask(np.arange(6.0)[:, None], Limits(acceleration=1.0)))
+    result = certify(TrajectoryTask(np.arange(6.0)[:, None], Limits(acceleration=1.0), virtual_knots=0))
     assert result.message == "the task has 5 gaps, certificates are for up to 4"

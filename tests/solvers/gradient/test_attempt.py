@@ -21,7 +21,7 @@ SETTINGS = GradientSettings(compiled=False)
 
 def task(**changes: object) -> TrajectoryTask:
     limits = Limits(velocity=2.0, acceleration=4.0)
-    return TrajectoryTask([[0.0, 0.0], [1.0, 0.5], [0.5, 1.0]], limits, **changes)  # type: ignore[arg-type]
+    return TrajectoryTask([[0.0, 0.0], [1.0, 0.5], [0.5, 1.0]], limits, **{"virtual_knots": 0, **changes})  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -74,7 +74,7 @@ def test_continuation_and_warm_starts_lead_to_the_same_optimum() -> None:
 def test_without_rounds_no_point_is_added() -> None:
     """A position is limited at the knots only until rounds add points where it is broken."""
     points = np.array([0.0, 0.5, 1.0, 0.98, 0.3, 0.0])[:, None]
-    bent = TrajectoryTask(points, Limits(velocity=20.0, acceleration=40.0, position=[[-5.0], [1.005]]))
+    bent = TrajectoryTask(points, Limits(velocity=20.0, acceleration=40.0, position=[[-5.0], [1.005]]), virtual_knots=0)
     highest = []
     for rounds in (0, 8):
         answer = attempt(bent, None, replace(SETTINGS, rounds=rounds), Account(Request()), continued=False)

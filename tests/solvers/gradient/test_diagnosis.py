@@ -1,4 +1,4 @@
-"""An infeasible task is explained: which limit, joint and gap, and by how much; a feasible one never is."""
+"""A task without a motion is explained: by a proof, or by what stood in the way; a feasible one never is."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ import pytest
 from helpers.small_tasks import ARM_POINTS, arm_task
 from ocp_traj.exceptions import TaskError
 from ocp_traj.robot import load_robot
-from ocp_traj.solvers.gradient.diagnosis import certain_conflict
+from ocp_traj.solvers.gradient.reasons.diagnosis import certain_conflict
+from ocp_traj.solvers.gradient.recovery import NOT_FOUND
 from ocp_traj.solving import SolveResult, solve
 from ocp_traj.task import Boundary, Limits, Objective, TrajectoryTask
 
@@ -35,6 +36,14 @@ def explanation(result: SolveResult) -> str:
     assert result.status == "infeasible", result
     assert not result.feasible
     return result.diagnosis
+
+
+def finding(result: SolveResult) -> str:
+    """Return what stood in the way where nothing is proved."""
+    assert result.status == "stalled", result
+    assert not result.feasible
+    assert result.diagnosis.startswith(NOT_FOUND)
+    return result.diagnosis.removeprefix(NOT_FOUND)
 
 
 # Before anything is solved -----------------------------------------------------------------------------------
@@ -70,6 +79,30 @@ CERTAIN = {
     "an end acceleration over the limit": (
         {"limits": Limits(acceleration=2.0), "boundary": Boundary(acceleration=[[0.0, 0.0], [-3.0, 0.0]])},
         "acceleration: joint 1, gap 3: -3 rad/s^2 is asked for at the end, outside the limits -2 to 2.",
+    ),
+    "a start too fast to stop before a position limit": (
+        {
+            "limits": Limits(position=[[-3.0, -3.0], [1.0, 3.0]], acceleration=0.4),
+            "boundary": Boundary(velocity=[[-2.0, 0.0], [1.0, 0.0]]),
+        },
+        "position: joint 1, gap 1: with -2 rad/s (m/s) at the start the acceleration limit takes it to -4.99998 at "
+        "least, beyond the limit -3.",
+    ),
+    "an end too fast for the way to it": (
+        {
+            "limits": Limits(position=[[-0.2, -3.0], [1.0, 3.0]], acceleration=0.4),
+            "boundary": Boundary(velocity=[[0.0, 0.0], [1.0, 0.0]]),
+        },
+        "position: joint 1, gap 3: with 1 rad/s (m/s) at the end the acceleration limit takes it to -0.499996 at "
+        "least, beyond the limit -0.2.",
+    ),
+    "given durations that the acceleration limits forbid": (
+        {
+            "limits": Limits(acceleration=2.0),
+            "objective": Objective(gap_durations=[[2.0, 2.0], [1.0, 1.0], [1.0, 1.0]]),
+        },
+        "duration: joint 1, gap 3: no motion within the velocity and acceleration limits has durations in their "
+        "bounds up to there.",
     ),
 }  # fmt: skip
 
@@ -111,7 +144,11 @@ def test_a_start_from_rest_may_fall_as_fast_as_its_acceleration_limits_allow_and
 @pytest.mark.parametrize(
     ("changes", "key", "words"),
     [
-        ({"boundary": Boundary(acceleration=0.0)}, "spline.virtual_knots", "0 leaves 6 free coefficients"),
+        (
+            {"boundary": Boundary(acceleration=0.0)},
+            "spline.virtual_knots",
+            "fewer free coefficients than conditions, 6 against 8",
+        ),
         (
             {"limits": Limits(position=[[-1.0, 0.0], [0.9, 1.0]])},
             "waypoints.joints[2]",
@@ -122,7 +159,7 @@ def test_a_start_from_rest_may_fall_as_fast_as_its_acceleration_limits_allow_and
 def test_what_no_spline_can_be_is_refused_when_the_task_is_made(changes: dict, key: str, words: str) -> None:
     points = [[0.0, 0.0], [1.0, 0.5], [0.0, 0.25], [0.75, 0.5]]
     with pytest.raises(TaskError) as caught:
-        TrajectoryTask(points, **changes)
+        TrajectoryTask(points, virtual_knots=0, **changes)
     assert key in str(caught.value)
     assert words in str(caught.value)
 
@@ -133,7 +170,7 @@ def test_what_no_spline_can_be_is_refused_when_the_task_is_made(changes: dict, k
 @pytest.mark.parametrize("family", ["cubic", pytest.param("septic", marks=pytest.mark.slow)])
 def test_torques_that_cannot_pass_a_waypoint_are_named_with_the_waypoint(family: str) -> None:
     task = weak_arm(weakened(1, 25.0), family=family, virtual_knots=1 if family == "cubic" else 0)
-    sentence = explanation(solve(task))
+    sentence = finding(solve(task))
     assert sentence.startswith("torque: joint 2, gap ")
     assert "% over its limit" in sentence
     assert "the torque limit of joint 2 does not hold the arm at waypoint 3" in sentence
@@ -144,7 +181,7 @@ def test_a_duration_between_bound_and_optimum_names_the_shortest_motion() -> Non
     task = TrajectoryTask(
         [[0.0], [1.0]], Limits(acceleration=4.0), virtual_knots=1, objective=Objective(duration=(0.1, 1.1))
     )
-    sentence = explanation(solve(task))
+    sentence = finding(solve(task))
     assert sentence.startswith("duration: at most 1.1 s are allowed")
     assert f"takes {np.sqrt(1.5):.6g} s" in sentence
 
@@ -152,15 +189,15 @@ def test_a_duration_between_bound_and_optimum_names_the_shortest_motion() -> Non
 def test_a_cartesian_speed_that_leaves_too_little_time_is_told() -> None:
     limits = {"cartesian_speed": (("tool0", 0.05),)}
     task = weak_arm(np.inf, limits=limits, objective=Objective(duration=(0.0, 4.0)))
-    sentence = explanation(solve(task))
+    sentence = finding(solve(task))
     assert sentence.startswith("duration: at most 4 s are allowed, even with limits kept at samples only")
 
 
 def test_limits_in_conflict_without_a_bound_on_time_are_told_by_joint_and_gap() -> None:
     moving = Boundary(velocity=[[1.0], [0.0]])
-    limits = Limits(position=[[-1.0], [1.0]], acceleration=0.4)
-    task = TrajectoryTask([[0.9], [0.0]], limits, boundary=moving, virtual_knots=3)  # braking needs 1.25 rad
-    sentence = explanation(solve(task))
+    limits = Limits(position=[[-1.0], [1.0]], jerk=1.0)
+    task = TrajectoryTask([[0.9], [0.0]], limits, boundary=moving, virtual_knots=3)  # braking needs more than 0.1 rad
+    sentence = finding(solve(task))
     assert "joint 1, gap 1" in sentence
     assert "position" in sentence or "acceleration" in sentence
     assert "% over its limit in the motion that breaks limits least" in sentence

@@ -29,7 +29,7 @@ SETTINGS = GradientSettings(compiled=False)
 
 def task(**changes: object) -> TrajectoryTask:
     limits = Limits(velocity=2.0, acceleration=4.0)
-    return TrajectoryTask([[0.0, 0.0], [1.0, 0.5], [0.5, 1.0]], limits, **changes)  # type: ignore[arg-type]
+    return TrajectoryTask([[0.0, 0.0], [1.0, 0.5], [0.5, 1.0]], limits, **{"virtual_knots": 0, **changes})  # type: ignore[arg-type]
 
 
 def block(limit: str, rows: int) -> RowBlock:

@@ -22,7 +22,7 @@ POINTS = [[0.0, 0.0], [1.0, 0.5], [0.5, 1.0]]
 
 
 def task(**changes: object) -> TrajectoryTask:
-    return TrajectoryTask(POINTS, Limits(velocity=2.0, acceleration=4.0), **changes)  # type: ignore[arg-type]
+    return TrajectoryTask(POINTS, Limits(velocity=2.0, acceleration=4.0), **{"virtual_knots": 0, **changes})  # type: ignore[arg-type]
 
 
 def failed_start(of: TrajectoryTask) -> tuple[Answer, Account]:
@@ -54,11 +54,15 @@ def test_the_elastic_phase_gives_a_start_where_the_limits_can_be_kept() -> None:
 
 
 def test_a_duration_that_is_too_short_is_explained_before_anything_is_relaxed() -> None:
-    short = task(objective=Objective(duration=(0.0, 1.3)))
-    failed, account = failed_start(short)
-    answer, diagnosis = recover(short, failed, SETTINGS, account)
-    assert answer.status is Status.INFEASIBLE
-    assert diagnosis.startswith("duration: at most 1.3 s are allowed") and "shortest motion found" in diagnosis
+    for high, status, words in (
+        (1.3, Status.INFEASIBLE, "no motion within the velocity and acceleration limits takes less than 1.70"),
+        (1.9, Status.STALLED, "the shortest motion found takes 2.09"),  # a knot-free cubic needs more than the bound
+    ):
+        short = task(objective=Objective(duration=(0.0, high)))
+        failed, account = failed_start(short)
+        answer, diagnosis = recover(short, failed, SETTINGS, account)
+        assert answer.status is status
+        assert f"duration: at most {high:g} s are allowed" in diagnosis and words in diagnosis
 
 
 def test_nothing_is_tried_when_the_budget_is_used_up() -> None:

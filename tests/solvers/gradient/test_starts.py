@@ -21,7 +21,7 @@ LIMITS = Limits(velocity=2.0, acceleration=4.0)
 
 
 def task(**changes: object) -> TrajectoryTask:
-    return TrajectoryTask([[0.0, 0.0], [1.0, 0.5], [0.5, 1.0]], LIMITS, **changes)  # type: ignore[arg-type]
+    return TrajectoryTask([[0.0, 0.0], [1.0, 0.5], [0.5, 1.0]], LIMITS, **{"virtual_knots": 0, **changes})  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 5])

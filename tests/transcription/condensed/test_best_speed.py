@@ -101,7 +101,7 @@ def test_what_stands_still_over_a_torque_limit_is_told_in_units_of_the_limit(arm
         X = candidates(nlp)
         names = [block.limit for block in nlp.rows for _ in range(len(block))]
         row = names.index("limits at rest")
-        assert names[row + 1 :] == ["duration"] * 4
+        assert names[row + 1 :] == ["duration"] * 5
         assert set(names[:row]) == {"position"}
         for k, x in enumerate(X):
             motion = motion_for(nlp, x)

@@ -149,7 +149,7 @@ def test_the_symbols_give_the_same_values_and_derivatives_as_the_ready_functions
 
 
 def test_the_elastic_problem_has_right_derivatives() -> None:
-    from ocp_traj.solvers.gradient.elastic import elastic_problem, soft_bounds, soft_rows
+    from ocp_traj.solvers.gradient.reasons.elastic import elastic_problem, soft_bounds, soft_rows
     from ocp_traj.solvers.gradient.settings import Tuning
 
     nlp = lifted("cubic", 1, CASES["everything at once"], ExtraPoints())

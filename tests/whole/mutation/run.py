@@ -1,7 +1,7 @@
 """Mutation testing: change one thing in one module, run the tests that should notice, count those that do not.
 
-    python -m tests.whole.mutation.run audit --sample 80 --seed 0
-    python -m tests.whole.mutation.run metaheuristics --sample 80 --seed 0 --output survivors.json
+    python tests/whole/mutation/run.py audit --sample 80 --seed 0
+    python tests/whole/mutation/run.py metaheuristics --sample 80 --seed 0 --output survivors.json
 
 Each mutant is compiled in a forked child and given to the import system there: no file is ever changed. A mutant
 is killed by a failing test, by an error at import, or by using far more processor time than the tests do.
@@ -25,7 +25,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from tests.whole.mutation.areas import AREAS, ROOT
+from areas import AREAS, ROOT
 
 COMPARISONS: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
     ast.Lt: (ast.LtE, ast.GtE),

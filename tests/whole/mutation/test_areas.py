@@ -13,9 +13,10 @@ from helpers.folders import ROOT
 
 @pytest.fixture(scope="module")
 def areas() -> dict[str, dict[str, list[str]]]:
-    """Return the tables as ``python -m tests.whole.mutation.run`` has them."""
-    code = "from tests.whole.mutation.areas import AREAS; print(AREAS)"
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    """Return the tables as ``tests/whole/mutation/run.py`` has them."""
+    code = "from areas import AREAS; print(AREAS)"
+    place = ROOT / "tests" / "whole" / "mutation"
+    done = subprocess.run([sys.executable, "-c", code], cwd=place, capture_output=True, text=True, check=True)
     found: dict[str, dict[str, list[str]]] = ast.literal_eval(done.stdout)
     return found
 

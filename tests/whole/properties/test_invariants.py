@@ -153,7 +153,7 @@ def test_waypoints_inserted_on_the_curve_change_nothing(seed):
     knots = free.trajectory(free.trajectory.breakpoints)
     repeat = limits_of(task, lambda _, array: np.repeat(array, 2, axis=0))
     objective = replace(task.objective, gap_durations=None)
-    through = TrajectoryTask(knots, repeat, family="cubic", objective=objective)
+    through = TrajectoryTask(knots, repeat, family="cubic", virtual_knots=0, objective=objective)
     result = solve(
         through, "ipopt", warm_start=replace(free.trajectory, waypoint_times=free.trajectory.breakpoints)
     )

@@ -29,7 +29,7 @@
       const l = Math.hypot(...c) || 1;
       for (let k = 0; k < 9; k++) n[i + k] = c[k % 3] / l;
     }
-    return { link: part.link, count: f.length, p: buffer(p), n: buffer(n) };
+    return { link: part.link, colour: part.colour, count: f.length, p: buffer(p), n: buffer(n) };
   }
   const robots = data.robots.map((robot) => robot.parts.map(solid));
   const motions = data.motions.map((motion) => {
@@ -91,7 +91,7 @@
     gl.uniform1f(spot.flat, 0); gl.enableVertexAttribArray(spot.n);
     const tones = [colour("--c8"), colour("--c7")].map((rgb, i) => rgb.map((value) => (i ? value : 0.35 + 0.5 * value)));
     for (const part of robots[motion.robot]) {
-      gl.uniformMatrix4fv(spot.m, false, placed(motion, part.link)); gl.uniform4f(spot.c, ...tones[part.link % 2], 1);
+      gl.uniformMatrix4fv(spot.m, false, placed(motion, part.link)); gl.uniform4f(spot.c, ...(part.colour || tones[part.link % 2]), 1);
       gl.bindBuffer(gl.ARRAY_BUFFER, part.p); gl.vertexAttribPointer(spot.p, 3, gl.FLOAT, false, 0, 0);
       gl.bindBuffer(gl.ARRAY_BUFFER, part.n); gl.vertexAttribPointer(spot.n, 3, gl.FLOAT, false, 0, 0);
       gl.drawArrays(gl.TRIANGLES, 0, part.count);

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocp_traj.arrays import Array
-from ocp_traj.audit.roots import bracketed_root
+from ocp_traj.audit.numerics.roots import bracketed_root
 
 DEGREE = 16
 """Degree of the interpolants."""
@@ -40,8 +40,11 @@ _GRID = 128
 _COARSE = 1e-6
 _FINE = 1e-12
 _ORDERS = np.arange(DEGREE + 1.0)
-_NODES = np.cos(np.pi * _ORDERS / DEGREE)
-_CHECKS = np.array([-0.5497, 0.6823])
+NODES = np.cos(np.pi * _ORDERS / DEGREE)
+CHECKS = np.array([-0.5497, 0.6823])
+_MANY_CHECKS = np.concatenate([CHECKS, np.cos(np.pi * (_ORDERS[:-1] + 0.5) / DEGREE)])
+"""Also the middles between nodes: 35 samples in all, for motions up to degree 30."""
+
 _THETA = np.linspace(0.0, np.pi, _GRID + 1)
 
 
@@ -60,7 +63,6 @@ def _derivative() -> Array:
 
 _TRANSFORMS = {degree: _transform(degree) for degree in (LOW_DEGREE, DEGREE)}
 _DERIVATIVE = _derivative()
-_CHECK_BASIS = np.cos(np.outer(_ORDERS, np.arccos(_CHECKS)))
 
 
 @dataclass(frozen=True)
@@ -109,9 +111,21 @@ def differentiate(coefficients: Array) -> Array:
 
 
 def fit(
-    function: Function, pieces: Pieces, left: Array, right: Array, tolerance: Tolerance
+    function: Function,
+    pieces: Pieces,
+    left: Array,
+    right: Array,
+    tolerance: Tolerance,
+    most: int | None = None,
+    motion_degree: int = 0,
 ) -> ChebyshevCurve:
     """Interpolate `function` on segments, halving them until the error bound meets the tolerance.
+
+    At most `most` segments are made (100 000 by default, at least twice those given); what is not resolved by
+    then is marked so.
+
+    A polynomial can vanish at as many points as its degree: one of a high degree could be hidden between the
+    samples. There are always more of them than `motion_degree`, the degree of the motion the function belongs to.
 
     A segment is halved at most 30 times: what is left of a jump then is narrower than 1e-9 of its piece, and
     the values on both of its sides are known. A segment with values that are no finite numbers stays as it
@@ -121,14 +135,16 @@ def fit(
     whole, segments = right - left, pieces.size
     largest: Array | None = None
     count, resolved = 0, True
-    degree = LOW_DEGREE if pieces.size > _MANY else DEGREE
+    most = max(_MAX_SEGMENTS if most is None else most, 2 * segments)
+    degree = LOW_DEGREE if pieces.size > _MANY and motion_degree <= LOW_DEGREE else DEGREE
+    checks = CHECKS if motion_degree <= DEGREE else _MANY_CHECKS
     while pieces.size:
-        coefficients, error, magnitude = _interpolate(function, pieces, left, right, degree)
+        coefficients, error, magnitude = _interpolate(function, pieces, left, right, degree, checks)
         largest = magnitude if largest is None else np.maximum(largest, magnitude)
         narrow = right - left <= whole * 0.5**_MAX_HALVINGS
         good = (error <= tolerance(largest)).all(axis=1) | narrow | ~np.isfinite(error).all(axis=1)
         count += int(good.sum())
-        if degree == DEGREE and count + 2 * int((~good).sum()) > max(_MAX_SEGMENTS, 2 * segments):
+        if degree == DEGREE and count + 2 * int((~good).sum()) > most:
             good[:] = True
             resolved = False
         done.append((pieces[good], left[good], right[good], coefficients[good], error[good]))
@@ -152,20 +168,21 @@ def fit(
 
 
 def _interpolate(
-    function: Function, pieces: Pieces, left: Array, right: Array, degree: int
+    function: Function, pieces: Pieces, left: Array, right: Array, degree: int, checks: Array
 ) -> tuple[Array, Array, Array]:
     """Return coefficients (S, k, DEGREE + 1), error bounds (S, k) and the largest magnitudes (k,).
 
-    The error bound is four times the largest of the last quarter of the coefficients, or what is seen at two
-    points that are no nodes, if that is more.
+    The error bound is four times the largest of the last quarter of the coefficients, or what is seen at points
+    that are no nodes, if that is more.
     """
-    points = np.concatenate([_NODES[:: DEGREE // degree], _CHECKS])
+    points = np.concatenate([NODES[:: DEGREE // degree], checks])
     x = 0.5 * (left + right)[:, None] + 0.5 * (right - left)[:, None] * points
     values = function(pieces, x)
-    nodes, checks = values[:, : degree + 1], values[:, degree + 1 :]
+    nodes, others = values[:, : degree + 1], values[:, degree + 1 :]
+    basis = np.cos(np.outer(_ORDERS[: degree + 1], np.arccos(checks)))
     coefficients = np.einsum("ij,sjk->ski", _TRANSFORMS[degree], nodes)
     tail = _SAFETY * np.abs(coefficients[:, :, -(degree // 4) :]).max(axis=2)
-    seen = np.abs(np.einsum("ski,ic->sck", coefficients, _CHECK_BASIS[: degree + 1]) - checks).max(axis=1)
+    seen = np.abs(np.einsum("ski,ic->sck", coefficients, basis) - others).max(axis=1)
     padded = np.zeros((*coefficients.shape[:2], DEGREE + 1))
     padded[:, :, : degree + 1] = coefficients
     return padded, np.maximum(tail, seen), np.abs(values).max(axis=(0, 1))

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from ocp_traj.arrays import Array
-from ocp_traj.audit.roots import bracketed_root
+from ocp_traj.audit.numerics.roots import bracketed_root
 
 
 def evaluate(coefficients: Array, x: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Why a task has no solution: conflicts that are certain before anything is solved, each in one sentence."""
+"""Why a task has no solution: conflicts that are certain before anything is solved, and what stood in the way."""
 
 from __future__ import annotations
 
@@ -9,12 +9,20 @@ import numpy as np
 from ocp_traj.arrays import Array
 from ocp_traj.limits.limit import bound_scales
 from ocp_traj.quantities import JOINT_LIMITS, RATES
+from ocp_traj.solvers.gradient.reasons.reach import cannot_keep_durations, cannot_stop
 from ocp_traj.task import Objective, TrajectoryTask
 
 
 def certain_conflict(task: TrajectoryTask) -> str:
     """Return a sentence when no motion whatever can solve the task, else an empty one."""
-    return _zero_limit(task) or _boundary_outside(task) or _end_torque(task) or _too_fast(task)
+    return (
+        _zero_limit(task)
+        or _boundary_outside(task)
+        or _end_torque(task)
+        or _too_fast(task)
+        or cannot_stop(task)
+        or cannot_keep_durations(task)
+    )
 
 
 def _zero_limit(task: TrajectoryTask) -> str:
@@ -136,7 +144,7 @@ def _too_fast(task: TrajectoryTask) -> str:
 
 
 def too_short(task: TrajectoryTask, shortest: Callable[[TrajectoryTask, bool], float | None]) -> str:
-    """Return a sentence when the total duration is bounded and the shortest motion found is longer.
+    """Return a sentence when the total duration is bounded and the shortest motion found is longer: no proof.
 
     Parameters
     ----------
