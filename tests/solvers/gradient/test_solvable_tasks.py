@@ -97,7 +97,7 @@ def rest_to_speed(rng: np.random.Generator, start_moves: bool) -> tuple[Trajecto
     return task, (2 * peak - speed) / most
 
 
-@pytest.mark.parametrize("count", [40, pytest.param(400, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [40, pytest.param(400, marks=pytest.mark.long)])
 def test_random_tasks_of_one_joint_with_an_end_that_moves_take_the_exact_time(count: int) -> None:
     rng = np.random.default_rng(1)
     ratios = []
