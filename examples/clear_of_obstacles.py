@@ -2,8 +2,7 @@
 Clear of obstacles
 ==================
 
-A motion over a wall: refused where it touches, by name and instant, and proved clear at every instant
-where it does not.
+A motion across a wall is refused, with who touches what and when; one over it is proved clear at every instant.
 """
 
 import numpy as np
@@ -28,6 +27,7 @@ arm = ot.load_robot("ur5")
 straight = ot.TrajectoryTask([start, goal], limits, arm, virtual_knots=3, collision=scene)
 through = ot.solve(straight)
 print(through.audit)
+print("the smallest clearance should be about -49 mm, between wrist 1 and the wall")
 
 # %%
 # One more waypoint above the wall leads over it.
@@ -35,3 +35,4 @@ print(through.audit)
 above = np.deg2rad([10, -105, 60, -45, -90, 0])
 over = ot.solve(ot.TrajectoryTask([start, above, goal], limits, arm, virtual_knots=3, collision=scene))
 print(over.audit)
+print("the duration should be close to 2.0669 s")

@@ -10,7 +10,7 @@ from metaheuristics.algorithms.elite_sparrow_search import EliteSparrowSearch
 from metaheuristics.algorithms.levy_sparrow_search import LevySparrowSearch
 from metaheuristics.algorithms.particle_swarm import ParticleSwarm
 from metaheuristics.algorithms.random_search import RandomSearch
-from metaheuristics.algorithms.registry import make_optimizer, registry, unavailable
+from metaheuristics.algorithms.registry import make_optimizer, registry
 from metaheuristics.algorithms.sparrow_search import SparrowSearch
 from metaheuristics.algorithms.tent_sparrow_search import TentSparrowSearch
 from metaheuristics.checkpoint import Checkpoint
@@ -62,5 +62,4 @@ __all__ = [
     "minimize",
     "minimize_restarting",
     "registry",
-    "unavailable",
 ]

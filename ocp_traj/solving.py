@@ -109,6 +109,11 @@ class SolveResult:
         """What the variables meant to the solver."""
         return str(getattr(self.solution.problem, "encoding", ""))
 
+    @property
+    def offsets(self) -> dict[str, Any] | None:
+        """What offsets of virtual knots were measured ``from`` and the half-width of their ``box``; None without."""
+        return getattr(getattr(self.solution.problem, "encoding", None), "measured_from", None)
+
     def to_json(self, references: dict[str, Any] | None = None) -> dict[str, Any]:
         """Return the result as `solve --json` writes it (docs/cli.md); every number finite or null."""
         verdict = self.audit.to_json() if self.audit is not None else None
@@ -129,6 +134,7 @@ class SolveResult:
             "evaluations": self.solution.evaluations,
             "counts": self.counts,
             "encoding": self.encoding,
+            "offsets": self.offsets,
             "scaled_by": self.scaled_by,
             "build_time": self.solution.build_time,
             "solve_time": self.solution.solve_time,

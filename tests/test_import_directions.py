@@ -115,8 +115,7 @@ def test_third_parties_stay_behind_their_fences(path: Path) -> None:
 
 @pytest.mark.parametrize("path", modules("metaheuristics"), ids=dotted)
 def test_metaheuristics_needs_numpy_only(path: Path) -> None:
-    optional = {"cmaes"} if path.stem == "covariance_matrix_adaptation" else set()
-    allowed = {"numpy", "metaheuristics"} | optional | set(sys.stdlib_module_names)
+    allowed = {"numpy", "metaheuristics"} | set(sys.stdlib_module_names)
     assert {name.split(".")[0] for name in imported(path)} <= allowed
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 from metaheuristics.algorithms.covariance_matrix_adaptation import CovarianceMatrixAdaptation
@@ -26,14 +25,11 @@ class Method(NamedTuple):
         ``kind(**settings)`` is the optimiser.
     summary
         A few words for lists; empty for a variant that lists leave out.
-    package
-        Another package it needs; empty where it needs none.
     """
 
     kind: type[Optimizer[Any]]
     settings: dict[str, Any]
     summary: str = ""
-    package: str = ""
 
 
 UNBIASED: dict[str, Any] = {"debiased": True, "bounds": "reflect"}
@@ -42,7 +38,7 @@ _SWARM = {"population": 50, "inertia": "linear", "cognitive": 2.0, "social": 2.0
 _LEVY: dict[str, Any] = {"population": 30}
 _TENT: dict[str, Any] = {"safety": 0.5, "tent": True, "adaptive": True}
 
-METHODS: dict[str, Method] = {
+registry: dict[str, Method] = {
     "pso": Method(ParticleSwarm, _SWARM, "particle swarm, inertia 0.9 to 0.4, c1 = c2 = 2"),
     "pso-constriction": Method(ParticleSwarm, {"population": 50}, "particle swarm with constriction values"),
     "pso-d": Method(
@@ -72,19 +68,9 @@ METHODS: dict[str, Method] = {
     "tadf-ssa-debiased": Method(TentSparrowSearch, {**_TENT, **UNBIASED}),
     "de": Method(DifferentialEvolution, {}, "differential evolution"),
     "random": Method(RandomSearch, {}, "uniform random search"),
-    "cmaes": Method(CovarianceMatrixAdaptation, {}, "covariance matrix adaptation", "cmaes"),
+    "cmaes": Method(CovarianceMatrixAdaptation, {}, "covariance matrix adaptation"),
 }
-"""Every short name, whether its method can be used here or not."""
-
-unavailable: dict[str, str] = {
-    name: f"No module named {method.package!r}; install the package {method.package}"
-    for name, method in METHODS.items()
-    if method.package and find_spec(method.package) is None
-}
-"""Short name -> why that optimiser cannot be loaded here."""
-
-registry: dict[str, Method] = {name: method for name, method in METHODS.items() if name not in unavailable}
-"""Short name -> method, of those that can be used here."""
+"""Short name -> method."""
 
 
 def make_optimizer(name: str, **settings: Any) -> Optimizer[Any]:
@@ -100,10 +86,8 @@ def make_optimizer(name: str, **settings: Any) -> Optimizer[Any]:
     Raises
     ------
     ValueError
-        If there is no such optimiser, it is unavailable, or it has no such setting.
+        If there is no such optimiser, or it has no such setting.
     """
-    if name in unavailable:
-        raise ValueError(f"The optimiser {name!r} is unavailable: {unavailable[name]}.")
     if name not in registry:
         raise ValueError(f"The optimiser is {name!r}, expected one of {', '.join(registry)}.")
     method = registry[name]

@@ -20,11 +20,11 @@ READINGS = {
     "replacement": ("greedy", "always"),
     "alpha": ("scalar", "coordinate"),
     "normal": ("scalar", "coordinate"),
-    "beta": ("scalar", "coordinate"),
+    "beta": ("coordinate", "scalar"),
     "flight": ("literal", "coordinate", "coordinate-undivided"),
     "hungry": ("population", "scroungers"),
 }
-"""The readings of the ambiguous places of the papers; the first of each is the default."""
+"""The readings of the ambiguous places of the papers; the first of each, the default, is the author's own program."""
 
 LARGEST_EXPONENT = 700.0
 """exp of more than this overflows; such a move ends on the bound of the box either way."""
@@ -63,6 +63,9 @@ class SparrowSearch(Optimizer[SparrowState]):
     coordinates, and the flight of the others prefers the diagonal, so a problem whose optimum is there looks
     easy. `debiased` moves relative to the flock and the box instead.
 
+    The defaults are one consistent reading, the author's own program: greedy replacement, alpha and Q one number a
+    sparrow, beta one a coordinate, the literal flight.
+
     Parameters
     ----------
     population, bounds
@@ -72,11 +75,10 @@ class SparrowSearch(Optimizer[SparrowState]):
     safety
         Threshold ST: with R2 ~ U[0, 1) below it producers search nearby, else they leap.
     replacement
-        ``"greedy"``: a sparrow moves only if that is better (as in the author's own program); ``"always"``:
-        as the equations stand.
+        ``"greedy"``: a sparrow moves only if that is better; ``"always"``: as the equations stand.
     alpha, normal, beta
-        Whether alpha, Q and beta are one number a sparrow (``"scalar"``) or one per ``"coordinate"``. (The
-        author's own program has alpha and Q scalar, beta per coordinate.)
+        Whether alpha, Q and beta are one number a sparrow (``"scalar"``) or one per ``"coordinate"``. With a scalar
+        beta nothing but the start leaves the diagonal for good, and the flock collapses onto it.
     flight
         |X_i - X_p| A+ L as the ``"literal"`` product (one number for all coordinates), per ``"coordinate"``
         with random signs and divided by d, or ``"coordinate-undivided"``.
@@ -97,7 +99,7 @@ class SparrowSearch(Optimizer[SparrowState]):
     replacement: str = "greedy"
     alpha: str = "scalar"
     normal: str = "scalar"
-    beta: str = "scalar"
+    beta: str = "coordinate"
     flight: str = "literal"
     hungry: str = "population"
     smallest: float = 1e-50

@@ -3,6 +3,6 @@
 from __future__ import annotations
 
 from ocp_traj.audit.judge import audit
-from ocp_traj.audit.verdict import Extremum, Verdict
+from ocp_traj.audit.verdict import Clearance, Extremum, Verdict
 
-__all__ = ["Extremum", "Verdict", "audit"]
+__all__ = ["Clearance", "Extremum", "Verdict", "audit"]

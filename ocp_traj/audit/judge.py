@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocp_traj.audit.clearance.judging import judge_clearance
+from ocp_traj.audit.clearance.judging import judge_clearance, stays_clear
 from ocp_traj.audit.conditions import (
     boundary_miss,
     duration_findings,
@@ -84,6 +84,7 @@ def _judge(task: TrajectoryTask, motion: Motion, notes: list[str]) -> Verdict:
     broken = [peak for peak in peaks if peak.broken and peak.limit != "clearance"]  # those are findings
     limits = _largest(peaks)
     feasible = not (broken or findings or late)
+    scale = None if findings else smallest_scale(task, motion, peaks, torques, feasible, changes.slowing)
     return Verdict(
         feasible=feasible,
         duration=motion.trajectory.duration,
@@ -92,9 +93,7 @@ def _judge(task: TrajectoryTask, motion: Motion, notes: list[str]) -> Verdict:
         peaks=tuple(peaks),
         waypoint_error=waypoint_error,
         boundary_error=boundary_error,
-        smallest_feasible_scale=None
-        if findings
-        else smallest_scale(task, motion, peaks, torques, feasible, changes.slowing),
+        smallest_feasible_scale=scale if scale is not None and stays_clear(task, motion, scale) else None,
         findings=tuple([str(peak) for peak in broken] + findings + late),
         torque_bound=0.0 if torques is None else relative_bound(task, torques),
         case=task.name,

@@ -45,6 +45,7 @@ def _parts(task: TrajectoryTask) -> Iterator[str]:
         yield from _numbers(f"boundary {name}", getattr(task.boundary, name))
     yield from _objective_parts(task.objective)
     yield from _numbers("search duration", task.search.duration)
+    yield from _numbers("search offset", task.search.offset)
     yield f"search protocol {task.search.protocol}"
     for constraint in task.constraints:
         yield f"constraint {constraint.name!r} {constraint.function.serialize()}"

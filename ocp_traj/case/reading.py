@@ -238,10 +238,12 @@ def _objective(case: Section, gaps: int, n: int) -> Objective:
 
 
 def _search(section: Section) -> Search:
-    section.check_keys(("duration", "protocol"))
+    section.check_keys(("duration", "offset", "protocol"))
     values: dict[str, Any] = {}
     if "duration" in section:
         values["duration"] = section.array_of_shape("duration", (2,))
+    if "offset" in section:
+        values["offset"] = section.number("offset")
     if "protocol" in section:
         values["protocol"] = section.choice("protocol", ("shared", "per-joint"))
     return Search(**values)

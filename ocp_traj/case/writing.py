@@ -89,6 +89,7 @@ def task_tables(task: TrajectoryTask, arm: Arm | None, *, complete: bool = False
     tables["objective"] = _objective_table(task)
     tables["search"] = {
         "duration": np.asarray(task.search.duration).tolist(),
+        "offset": task.search.offset,
         "protocol": task.search.protocol,
     }
     return tables

@@ -113,4 +113,6 @@ def _show(console: Console, result: Any) -> None:
         f"solve {solution.solve_time:.3f} s"
     )
     calls = ", ".join(f"{name} {count}" for name, count in result.counts.items())
-    console.print(f"  calls      {calls}; encoding {result.encoding}", markup=False)
+    offsets = result.offsets
+    measured = f", offsets from the {offsets['from']} in +-{offsets['box']:g}" if offsets else ""
+    console.print(f"  calls      {calls}; encoding {result.encoding}{measured}", markup=False)

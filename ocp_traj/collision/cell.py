@@ -157,6 +157,15 @@ def depth_in_words(distance: float, margin: float) -> str:
 def cell_of(robot: Robot, scene: CollisionScene) -> Cell:
     """Return a robot in its scene.
 
+    Parameters
+    ----------
+    robot : Robot
+    scene : CollisionScene
+
+    Returns
+    -------
+    Cell
+
     Raises
     ------
     RobotError

@@ -18,6 +18,14 @@ def totals(paper: Paper, records: Records) -> dict[str, Array]:
     return {label: records.raw(label, "duration", PUBLISHED_PROTOCOL) for label in paper.protocol.labels}
 
 
+def slowed_totals(paper: Paper, records: Records) -> dict[str, Array]:
+    """Return the totals once each synchronised motion is slowed into its limits, s; infinite where no slowing does."""
+    return {
+        label: found * records.raw(label, "smallest_feasible_scale", PUBLISHED_PROTOCOL)
+        for label, found in totals(paper, records).items()
+    }
+
+
 def joints_table(paper: Paper, records: Records, note: str = "") -> Table:
     """Return the table of the joints alone: the optimum, and what each method found after how many generations."""
     shortest = float(np.asarray(paper.task().search.duration)[0])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ocp_traj.arrays import Array
@@ -45,8 +47,9 @@ def columns_of(columns: dict[str, Array]) -> Array:
 def order_with_tests(columns: dict[str, Array]) -> tuple[list[str], set[tuple[str, str]], str]:
     """Return labels by median, the proven (better, worse) pairs, and the sentence of both tests.
 
-    `columns` holds one number a seed for every label, smaller is better. Friedman's test over all, Wilcoxon's
-    signed ranks with Holm's correction for the pairs, at 5 %.
+    `columns` holds one number a seed for every label, smaller is better. Friedman's test over all; where that is
+    significant, Wilcoxon's signed ranks with Holm's correction over all pairs, at 5 %. A is the chance that a run of
+    the first is better than one of the second.
     """
     labels, values = list(columns), columns_of(columns)
     medians = [quartiles(values[:, k])[1] for k in range(len(labels))]
@@ -58,7 +61,13 @@ def order_with_tests(columns: dict[str, Array]) -> tuple[list[str], set[tuple[st
     words = [f"{len(values)} seeds"]
     if overall.p is not None:
         words.append(f"Friedman p = {overall.p:.2g}")
-    words += [f"{pair.better} before {pair.worse} (Wilcoxon, Holm p = {pair.p_holm:.2g})" for pair in pairs]
+    if overall.p is not None and overall.p >= SIGNIFICANT:
+        words.append("not significant at 5 %, so no pair is judged")
+        return ordered, set(), "; ".join(words)
+    words += [
+        f"{pair.better} before {pair.worse} (Wilcoxon, Holm p = {pair.p_holm:.2g}, A = {pair.superiority:.2f})"
+        for pair in pairs
+    ]
     if not pairs:
         words.append("no difference between two of them is significant at 5 % (Wilcoxon, Holm)")
     return ordered, {(pair.better, pair.worse) for pair in pairs}, "; ".join(words)
@@ -78,33 +87,63 @@ def ranking_words(columns: dict[str, Array]) -> str:
     )
 
 
-def claim_order(sentence: str, source: str, columns: dict[str, Array], unit: str) -> Claim:
-    """Judge a claimed order, best first: the order of `columns`."""
-    labels = list(columns)
-    return _claim_pairs(sentence, source, columns, unit, set(zip(labels, labels[1:], strict=False)))
+STAND_IN = " on the stand-in case"
+"""What a refuted claim's verdict adds where the case is not the paper's own."""
 
 
-def claim_first(sentence: str, source: str, columns: dict[str, Array], unit: str) -> Claim:
+def claim_order(
+    sentence: str, source: str, columns: dict[str, Array], unit: str, *, order: Sequence[str] = (), where: str = ""
+) -> Claim:
+    """Judge a claimed order, best first: that of `columns`, or `order` of some among them.
+
+    All of `columns` are one family of tests. `where` goes with a verdict that the claim does not hold.
+    """
+    labels = list(order or columns)
+    return _claim_pairs(sentence, source, columns, unit, set(zip(labels, labels[1:], strict=False)), where)
+
+
+def claim_first(sentence: str, source: str, columns: dict[str, Array], unit: str, where: str = "") -> Claim:
     """Judge the claim that the first of `columns` is smaller than each of the others, in whatever order they are."""
     first, *others = columns
-    return _claim_pairs(sentence, source, columns, unit, {(first, other) for other in others})
+    return _claim_pairs(sentence, source, columns, unit, {(first, other) for other in others}, where)
 
 
-def claim_last(sentence: str, source: str, columns: dict[str, Array], unit: str) -> Claim:
+def claim_last(sentence: str, source: str, columns: dict[str, Array], unit: str, where: str = "") -> Claim:
     """Judge the claim that the last of `columns` is larger than each of the others, in whatever order they are."""
     *others, last = columns
-    return _claim_pairs(sentence, source, columns, unit, {(other, last) for other in others})
+    return _claim_pairs(sentence, source, columns, unit, {(other, last) for other in others}, where)
+
+
+def claim_unpaired(sentence: str, source: str, mine: tuple[str, Array], other: tuple[str, Array]) -> Claim:
+    """Judge that independent numbers of `mine` are typically smaller than those of `other`, each (label, numbers)."""
+    from scipy.stats import mannwhitneyu
+
+    test = mannwhitneyu(mine[1], other[1])
+    chance = 1.0 - float(test.statistic) / (len(mine[1]) * len(other[1]))
+    spreads = ", ".join(
+        f"{label}: median {np.median(values):.2f}, 95 % quantile {np.quantile(values, 0.95):.2f}"
+        for label, values in (mine, other)
+    )
+    measured = f"{spreads}; {len(mine[1])} repetitions; Mann-Whitney p = {test.pvalue:.2g}, A = {chance:.2f}"
+    if test.pvalue >= SIGNIFICANT:
+        return Claim(sentence, source, measured, "not proven")
+    return Claim(sentence, source, measured, "holds" if chance > 0.5 else "does not hold")
 
 
 def _claim_pairs(
-    sentence: str, source: str, columns: dict[str, Array], unit: str, wanted: set[tuple[str, str]]
+    sentence: str,
+    source: str,
+    columns: dict[str, Array],
+    unit: str,
+    wanted: set[tuple[str, str]],
+    where: str = "",
 ) -> Claim:
     ordered, proven, tests = order_with_tests(columns)
     medians = ", ".join(f"{label} {with_unit(quartiles(columns[label])[1], unit)}" for label in ordered)
     if wanted <= proven:
         verdict = "holds"
     elif any((second, first) in proven for first, second in wanted):
-        verdict = "does not hold"
+        verdict = f"does not hold{where}"
     else:
         verdict = "not proven"
     return Claim(sentence, source, f"medians: {medians}. {tests}", verdict)

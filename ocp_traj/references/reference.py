@@ -127,7 +127,7 @@ class Reference:
         missing = missing_packages(self.requires)
         if missing:
             raise UnavailableError(
-                f"{self.title} needs {' and '.join(missing)}, not installed here (pip install {' '.join(missing)})"
+                f"{self.title} needs {', '.join(missing)}, not installed here (pip install {' '.join(missing)})"
             )
 
     def kind_of(self, part: str) -> str:

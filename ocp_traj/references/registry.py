@@ -27,8 +27,8 @@ GROUP = "ocp_traj.references"
 """Entry points of this group are `Reference` objects."""
 
 
-CONVEX_PACKAGES = ("cvxpy", "clarabel")
-"""What convex path tracking needs."""
+CONVEX_PACKAGES = ("toppra", "cvxpy", "clarabel")
+"""What convex path tracking needs; it starts from TOPP-RA's timing."""
 
 
 def _find_bound(request: ReferenceRequest) -> ReferenceFinding:
@@ -62,7 +62,7 @@ def _find_jerk_estimate(request: ReferenceRequest) -> ReferenceFinding:
         estimate = jerk_estimate(request.task, time_limit=deadline.fraction(1.0 / (1 + len(paths))).left)
     except InputError as error:
         return ReferenceFinding({}, {"": str(error)})
-    missing = " and ".join(missing_packages(CONVEX_PACKAGES))
+    missing = ", ".join(missing_packages(CONVEX_PACKAGES))
 
     def along(task: TrajectoryTask, path: str, *, time_limit: float) -> ReferenceResult:
         if missing:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from importlib import metadata
 from typing import Any, cast
 
-from metaheuristics.algorithms.registry import METHODS, Method
+from metaheuristics.algorithms.registry import Method, registry
 from metaheuristics.settings import check_settings
 from ocp_traj.exceptions import InputError, UnavailableError, UnknownNameError, did_you_mean
 from ocp_traj.solvers.solver import Solver
@@ -24,14 +24,13 @@ GROUP = "ocp_traj.solvers"
 
 @dataclass(frozen=True)
 class Entry:
-    """Where a solver lives: module, class, the settings its name stands for, and the packages it needs."""
+    """Where a solver lives: module, class, and the settings its name stands for."""
 
     module: str
     attribute: str
     kind: str
     summary: str
     settings: dict[str, Any] = field(default_factory=dict)
-    requires: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -59,22 +58,20 @@ class SolverInfo:
 
 
 def _population(name: str, method: Method) -> Entry:
-    needs = (method.package,) if method.package else ()
     home = "ocp_traj.solvers.population.population"
-    return Entry(home, "Population", "population", method.summary, {"method": name}, needs)
+    return Entry(home, "Population", "population", method.summary, {"method": name})
 
 
 def _hybrid(population: Entry) -> Entry:
     summary = f"{population.summary}; then IPOPT from the best few motions"
-    settings, needs = population.settings, population.requires
-    return Entry("ocp_traj.solvers.hybrid", "Hybrid", "hybrid", summary, settings, needs)
+    return Entry("ocp_traj.solvers.hybrid", "Hybrid", "hybrid", summary, population.settings)
 
 
 def _plugin(plugin: str, summary: str) -> Entry:
     return Entry("ocp_traj.solvers.gradient.gradient", "Gradient", "gradient", summary, {"plugin": plugin})
 
 
-_METHODS = {name: _population(name, method) for name, method in METHODS.items()}
+_METHODS = {name: _population(name, method) for name, method in registry.items()}
 """Every population method, also the variants that have no summary and are not listed."""
 
 ENTRIES: dict[str, Entry] = {
@@ -235,8 +232,6 @@ def _load(name: str) -> tuple[type[Solver], dict[str, Any]]:
             )
         return cls, {}
     try:
-        for package in entry.requires:
-            importlib.import_module(package)
         module = importlib.import_module(entry.module)
     except ImportError as error:
         raise UnavailableError(f"solver {name!r} cannot be loaded: {error}") from error

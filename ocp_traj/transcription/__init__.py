@@ -23,6 +23,7 @@ def transcribe(
     form: str = "condensed",
     encoding: str | type[Encoding] = "durations",
     samples: int = 16,
+    offsets: str = "spline",
 ) -> Nlp:
     """Return a task as a numerical problem, to look at or to solve.
 
@@ -36,6 +37,9 @@ def transcribe(
         Of the condensed form: ``"durations"``, ``"log-durations"``, ``"scaled"``, or one of your own.
     samples : int
         Samples a gap of limits that have no closed-form extrema.
+    offsets : str
+        Of the condensed form: whether virtual knots are measured from the ``"spline"`` through the waypoints or from
+        the ``"chord"``.
 
     Returns
     -------
@@ -51,7 +55,7 @@ def transcribe(
     prepared = prepare(task)
     ready = prepared.task
     if form == "condensed":
-        return CondensedNlp(ready, encoding=encoding, samples=samples).restoring(prepared)
+        return CondensedNlp(ready, encoding=encoding, samples=samples, offsets=offsets).restoring(prepared)
     if form == "lifted":
         if not task.family.has_lifted_form:
             raise InputError(f"{task.family} has the condensed form only, expected form 'condensed'")

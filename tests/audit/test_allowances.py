@@ -233,7 +233,7 @@ def jerk_notes(verdict: Verdict) -> list[str]:
 def test_a_jerk_that_ends_leave_unlimited_is_noted() -> None:
     cubic = clamped_cubic(np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([1.0]))
     waypoints = cubic(cubic.waypoint_times)
-    verdict = audit(TrajectoryTask(waypoints, Limits(jerk=[20.0, 20.0])), cubic)
+    verdict = audit(TrajectoryTask(waypoints, Limits(jerk=[20.0, 20.0]), boundary=Boundary(acceleration=None)), cubic)
     assert verdict.feasible
     assert jerk_notes(verdict) == [
         "the motion starts with an acceleration other than 0 (joint 1): the jerk at that instant is not limited",
@@ -242,6 +242,7 @@ def test_a_jerk_that_ends_leave_unlimited_is_noted() -> None:
     assert verdict.to_json()["notes"] == list(verdict.notes)
     assert "note: the motion starts with an acceleration" in str(verdict)
     assert jerk_notes(audit(TrajectoryTask(waypoints, Limits(velocity=2.0)), cubic)) == []
-    assert jerk_notes(audit(TrajectoryTask(waypoints, Limits(jerk=[np.inf, 20.0])), cubic)) == []
+    other = TrajectoryTask(waypoints, Limits(jerk=[np.inf, 20.0]), boundary=Boundary(acceleration=None))
+    assert jerk_notes(audit(other, cubic)) == []
     still = clamped_cubic(np.zeros((2, 2)), np.array([1.0]))
     assert audit(TrajectoryTask(np.zeros((2, 2)), Limits(jerk=20.0)), still).notes == ()

@@ -332,6 +332,7 @@ def test_the_digest_changes_with_everything_that_matters_and_with_nothing_else()
         "objective.jerk=0.1",
         "objective.bounds.duration=[0, 9]",
         "search.duration=[0.1, 9]",
+        "search.offset=0.5",
         "search.protocol=per-joint",
     ]
     digests = {ot.task_digest(read(SMALL, "spline.family=quintic", override)) for override in overrides}

@@ -178,6 +178,8 @@ def message(keys: dict[str, str | None], folder: Path | None = None) -> str:
             "1 row of 2 numbers given, expected 3 rows of 2 numbers",
         ),
         ({"search.duration": "[0, 1]"}, "search.duration: expected two finite positive numbers"),
+        ({"search.offset": "0"}, "search.offset: 0.0 given, expected a finite positive number"),
+        ({"search.offset": "inf"}, "search.offset: inf given, expected a finite"),
         (
             {"search.protocol": "'each'"},
             "search.protocol: the text 'each' given, expected one of shared, per-joint",

@@ -127,7 +127,7 @@ def test_a_reference_says_which_package_is_missing(case: str, tmp_path: Path) ->
     assert found["kinematic_bound"]["estimate"] is not None and found["jerk_estimate"]["estimate"] is not None
     assert found["toppra"] == found["convex"] == {"uniform": None, "chord": None}
     assert found["messages"]["toppra"] == "TOPP-RA needs toppra, not installed here (pip install toppra)"
-    assert "needs cvxpy and clarabel, not installed here" in found["messages"]["convex"]
+    assert "needs toppra, cvxpy, clarabel, not installed here" in found["messages"]["convex"]
     assert found["messages"]["toppra"] in done.stdout
 
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from helpers.collision.cells import panda_with_open_fingers, problems
 from ocp_traj.collision import CollisionScene, cell_of
 from ocp_traj.robot import Robot, load_robot
 from ocp_traj.robot.packaged import data_folder
-from tests.collision.cells import panda_with_open_fingers, problems
 
 
 @pytest.mark.parametrize("name", ["ur5", "panda"])

@@ -17,12 +17,15 @@ from ocp_traj.comparison.runs.runner import solve_case
 from ocp_traj.comparison.runs.store import Store
 from ocp_traj.exceptions import InputError, UnavailableError
 from ocp_traj.solvers import Request, parse_solver
+from ocp_traj.task import Search
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
 from ocp_traj.transcription.condensed.encodings import ENCODINGS, Encoding
 from ocp_traj.transcription.condensed.encodings.durations import Durations
 
 POINTS = np.array([[0.0, 0.5], [1.0, 0.2], [0.4, 0.9]])
-TASK = ot.TrajectoryTask(POINTS, ot.Limits(velocity=1.0, acceleration=2.0), virtual_knots=2)
+TASK = ot.TrajectoryTask(
+    POINTS, ot.Limits(velocity=1.0, acceleration=2.0), virtual_knots=2, search=Search(offset=0.7)
+)
 SOLVER = "cmaes[encoding=speeds]"
 
 
@@ -145,5 +148,5 @@ def test_an_encoding_says_itself_that_it_decides_the_speed(monkeypatch: pytest.M
 def test_distances_are_the_encoding_s_own() -> None:
     scaled, plain = (CondensedNlp(TASK, encoding=name).encoding for name in ("scaled", "log-durations"))
     x = plain.lower.copy()
-    longer = x + np.r_[np.full(plain.segments, 0.5), np.zeros(len(x) - plain.segments)]
+    longer = x + np.r_[np.full(TASK.gaps, 0.5), np.zeros(len(x) - TASK.gaps)]
     assert scaled.distance(x, longer) < 1e-12 < plain.distance(x, longer)

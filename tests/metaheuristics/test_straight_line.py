@@ -330,8 +330,8 @@ def late_factor(s: float) -> float:
 
 ADAPTIVE: dict[str, Any] = {"beta_at": annealed_beta, "factor_at": late_factor, "safety": 0.5}
 RULES: dict[str, tuple[Optimizer[Any], Callable[[np.random.Generator], Candidates]]] = {
-    "ssa, greedy, beta per coordinate": (
-        SparrowSearch(population=N, beta="coordinate"),
+    "ssa, the author's own program": (
+        SparrowSearch(population=N),
         lambda rng: sparrow_search(rng),
     ),
     "ssa, greedy, beta scalar": (
@@ -343,7 +343,7 @@ RULES: dict[str, tuple[Optimizer[Any], Callable[[np.random.Generator], Candidate
         lambda rng: sparrow_search(rng, per_coordinate=False, greedy=False),
     ),
     "ssa, n of the joiners": (
-        SparrowSearch(population=N, beta="coordinate", hungry="scroungers"),
+        SparrowSearch(population=N, hungry="scroungers"),
         lambda rng: sparrow_search(rng, joiners=True),
     ),
     "issa-b": (
@@ -351,23 +351,23 @@ RULES: dict[str, tuple[Optimizer[Any], Callable[[np.random.Generator], Candidate
         lambda rng: sparrow_search(rng, start=logistic_sine, levy=True),
     ),
     "t-ssa": (
-        TentSparrowSearch(population=N, beta="coordinate", safety=0.5, adaptive=False),
+        TentSparrowSearch(population=N, safety=0.5, adaptive=False),
         lambda rng: sparrow_search(rng, start=tent, safety=0.5),
     ),
     "adf-ssa": (
-        TentSparrowSearch(population=N, beta="coordinate", safety=0.5, tent=False),
+        TentSparrowSearch(population=N, safety=0.5, tent=False),
         lambda rng: sparrow_search(rng, **ADAPTIVE),
     ),
     "tadf-ssa": (
-        TentSparrowSearch(population=N, beta="coordinate", safety=0.5),
+        TentSparrowSearch(population=N, safety=0.5),
         lambda rng: sparrow_search(rng, start=tent, **ADAPTIVE),
     ),
     "tadf-ssa, factors scaled": (
-        TentSparrowSearch(population=N, beta="coordinate", safety=0.5, factors="scale"),
+        TentSparrowSearch(population=N, safety=0.5, factors="scale"),
         lambda rng: sparrow_search(rng, start=tent, scaled=True, **ADAPTIVE),
     ),
     "issa-a": (
-        EliteSparrowSearch(population=N, beta="coordinate"),
+        EliteSparrowSearch(population=N),
         lambda rng: sparrow_search(rng, order=non_dominated, elite=True),
     ),
     "pso, linear": (

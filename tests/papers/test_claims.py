@@ -8,10 +8,12 @@ import pytest
 from ocp_traj.papers.ma_2024.claims import misses_of_equation_5
 from ocp_traj.papers.ma_2024.experiment import Ma2024
 from ocp_traj.papers.measures import (
+    STAND_IN,
     claim_first,
     claim_gain,
     claim_last,
     claim_order,
+    claim_unpaired,
     order_with_tests,
     ranking_words,
 )
@@ -31,6 +33,35 @@ def test_a_claimed_order_holds_only_where_neighbours_differ_significantly() -> N
     assert claim_order("c < a", "", {"c": columns["c"], "a": columns["a"]}, "s").verdict == "does not hold"
     close = {"a": 1.0 + RNG.random(20), "b": 1.0 + RNG.random(20)}
     assert claim_order("a < b", "", close, "s").verdict == "not proven"
+
+
+def test_no_pair_is_judged_where_the_methods_as_a_whole_do_not_differ() -> None:
+    rng = np.random.default_rng(3)
+    columns = {"a": np.arange(20.0), "b": np.arange(20.0) + 0.1, "c": 30 * rng.permutation(20)}
+    alone, family = (order_with_tests({label: columns[label] for label in labels}) for labels in ("ab", "abc"))
+    assert alone[1] == {("a", "b")} and "A = 0.53" in alone[2]
+    assert "Friedman" in family[2]
+    level = {label: rng.random(20) for label in "abcd"}
+    level["b"] = level["a"] + 1e-3
+    _, proven, words = order_with_tests(level)
+    assert not proven and "no pair is judged" in words
+    verdict = claim_order("a < b", "", level, "s", order=("a", "b")).verdict
+    assert verdict == "not proven"
+
+
+def test_a_refuted_claim_says_that_the_case_is_a_stand_in() -> None:
+    columns = {"a": 2.0 + NOISE, "b": 1.0 + NOISE}
+    assert claim_order("a < b", "", columns, "s", where=STAND_IN).verdict == "does not hold on the stand-in case"
+    assert claim_order("b < a", "", columns, "s", order=("b", "a"), where=STAND_IN).verdict == "holds"
+
+
+def test_independent_numbers_are_compared_unpaired() -> None:
+    rng = np.random.default_rng(4)
+    small, large = rng.random(300), rng.random(300) + 0.3
+    claim = claim_unpaired("", "", ("small", small), ("large", large))
+    assert claim.verdict == "holds" and "Mann-Whitney" in claim.measured and "A = 0.7" in claim.measured
+    assert claim_unpaired("", "", ("large", large), ("small", small)).verdict == "does not hold"
+    assert claim_unpaired("", "", ("a", rng.random(300)), ("b", rng.random(300))).verdict == "not proven"
 
 
 def test_the_ranking_of_many_methods_counts_whom_each_beats() -> None:

@@ -211,17 +211,18 @@ def test_a_page_can_be_written_though_no_run_keeps_the_limits(tmp_path: Path) ->
 
 VERDICTS = {
     "A": {
-        "energy: ISSA < SSA < PSO": ("holds", "does not hold"),
-        "PSO converges slowest of the three": ("holds", "does not hold"),
+        "energy: ISSA < SSA < PSO": ("holds", "does not hold on the stand-in case"),
+        "PSO converges slowest of the three": ("holds", "does not hold on the stand-in case"),
         "ISSA's average running time is significantly lower than that of SSA and PSO": (
             "holds",
-            "does not hold",
+            "does not hold on the stand-in case",
         ),
     },
     "B": {
-        "total time: ISSA < SSA < PSO": ("holds", "does not hold"),
-        "ISSA 4.9 % shorter than SSA": ("holds", "does not hold: worse"),
-        "ISSA 15.8 % shorter than PSO": ("holds", "does not hold: worse"),
+        "total time, once slowed into the limits: ISSA < SSA < PSO": ("holds", "does not hold"),
+        "total time, as synchronised, within the limits or not: ISSA < SSA < PSO": ("holds", "does not hold"),
+        "ISSA 4.9 % shorter than SSA, once slowed into the limits": ("holds", "does not hold: worse"),
+        "ISSA 15.8 % shorter than PSO, as synchronised, within the limits or not": ("holds", "does not hold: worse"),
         "joint 2: ISSA's accuracy 13 % better than SSA's": ("holds", "does not hold: worse"),
         "joint 4: ISSA's accuracy 48 % better than PSO's": (
             "better, by less than claimed",
@@ -236,14 +237,17 @@ VERDICTS = {
     "C": {
         "durations: TADF-SSA < ADF-SSA < SSA < T-SSA (8.99, 9.85, 10.83, 12.07 s)": (
             "holds",
-            "does not hold",
+            "does not hold on the stand-in case",
         ),
         "generations to convergence: TADF-SSA 18 < ADF-SSA 23 < T-SSA 34 < SSA 46": (
             "holds",
-            "does not hold",
+            "does not hold on the stand-in case",
         ),
-        "Tent chaos alone makes the result worse": ("holds", "does not hold"),
-        "the adaptive factor alone improves": ("holds", "does not hold"),
+        "Tent chaos alone does not improve the result significantly (12.07 against 10.83 s)": (
+            "holds",
+            "does not hold on the stand-in case",
+        ),
+        "the adaptive factor alone improves": ("holds", "does not hold on the stand-in case"),
         "unique domains save 39.76 % of the inverse kinematics' time": ("holds: at least that",) * 2,
         "velocity, acceleration and jerk stay below their limits": ("holds",) * 2,
         "joint 6 does not move": ("holds",) * 2,

@@ -72,8 +72,6 @@ def test_a_table_says_what_it_was_made_with(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", POPULATIONS)
 def test_a_population_solver_repeats_itself_whatever_others_draw(name: str) -> None:
     """Global random states are neither read nor changed; another seed gives another run."""
-    if name == "cmaes":
-        pytest.importorskip("cmaes")
     assert name in solver_names()
     task = load_case("machines-2024-490")
     first = solve(task, name, seed=3, budget=150)

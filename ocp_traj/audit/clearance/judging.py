@@ -48,6 +48,17 @@ def judge_clearance(
     return clearance, [peak], sentences
 
 
+def stays_clear(task: TrajectoryTask, motion: Motion, scale: float) -> bool:
+    """Return whether a motion that keeps clear does so, too, when it runs slower by a factor.
+
+    The path stays the same; only contact on purpose has a window of time that the slowed motion may leave.
+    """
+    if task.collision is None or not task.collision.contact or scale == 1.0 or not scale > 0.0:
+        return True
+    clearance = judge_clearance(task, Motion.of(motion.trajectory.scaled(scale)))[0]
+    return clearance is not None and clearance.proved
+
+
 def _worst(cell: Cell, found: Found) -> Witness | None:
     """Return the deepest witness, else the nearest that was measured; pairs left out do not count."""
     counted = [entry for entry in found.witnesses.values() if not cell.pairs[entry.pair].left_out]

@@ -13,7 +13,7 @@ from typing import Any
 from ocp_traj.exceptions import InputError, did_you_mean
 
 DEFAULT_CASES = ("ur5-torque-limited", "machines-2024-490")
-DEFAULT_SOLVERS = ("ipopt", "ssa", "pso")
+DEFAULT_SOLVERS = ("ipopt", "pso", "ssa", "de", "cmaes", "cmaes[encoding=scaled]")
 DEFAULT_RUNNER = "ocp_traj.comparison.runs.runner:solve_case"
 DEFAULT_RUNNER_KEY = "ocp_traj.comparison.runner:solve_case"
 """What the default runner is called in the keys of stored runs, wherever its module lives."""

@@ -7,7 +7,7 @@ import numpy as np
 from ocp_traj.audit import audit
 from ocp_traj.comparison.report.statistics import quartiles
 from ocp_traj.papers.experiments import PUBLISHED_PROTOCOL
-from ocp_traj.papers.joints_apart import totals
+from ocp_traj.papers.joints_apart import slowed_totals, totals
 from ocp_traj.papers.measures import claim_gain, claim_order, number
 from ocp_traj.papers.motions import certified_optimum, claim_smooth, joint_optima, synchronised_optima
 from ocp_traj.papers.paper import Claim, Paper
@@ -19,6 +19,9 @@ ISSA, SSA, PSO = "ISSA of B", "SSA", "PSO"
 
 PUBLISHED_TOTALS = {ISSA: 3.17564, SSA: 3.33759, PSO: 3.77099}
 """Section 5, seconds; SSA's is called an average, the others are not said to be."""
+
+SLOWED, RAW = ", once slowed into the limits", ", as synchronised, within the limits or not"
+"""Two ways to compare totals; the paper says that its motions keep the limits."""
 
 UNOPTIMISED = 6.0
 """2 s a segment, section 5."""
@@ -35,7 +38,8 @@ def claims(paper: Paper, records: Records) -> list[Claim]:
     """Return every claim of paper B with what was measured."""
     shared = certified_optimum(paper.task(), records)
     return [
-        claim_order("total time: ISSA < SSA < PSO", "section 5", totals(paper, records), "s"),
+        claim_order(f"total time{SLOWED}: ISSA < SSA < PSO", "section 5", slowed_totals(paper, records), "s"),
+        claim_order(f"total time{RAW}: ISSA < SSA < PSO", "section 5", totals(paper, records), "s"),
         *_total_claims(paper, records),
         *(_joint_claim(records, "cost", *entry) for entry in ACCURACY),
         *(_joint_claim(records, "generations", *entry) for entry in SPEED),
@@ -69,8 +73,17 @@ def _total_claims(paper: Paper, records: Records) -> list[Claim]:
             f"{100 * (1 - shared['upper'] / UNOPTIMISED):.1f} %",
             "arithmetic holds; for a feasible motion it does not",
         ),
-        claim_gain("ISSA 4.9 % shorter than SSA", "section 5", 0.049, found[ISSA], found[SSA]),
-        claim_gain("ISSA 15.8 % shorter than PSO", "section 5", 0.158, found[ISSA], found[PSO]),
+        *(
+            claim_gain(
+                f"ISSA {100 * gain:.3g} % shorter than {other}{words}",
+                "section 5",
+                gain,
+                column[ISSA],
+                column[other],
+            )
+            for other, gain in ((SSA, 0.049), (PSO, 0.158))
+            for words, column in ((SLOWED, slowed_totals(paper, records)), (RAW, found))
+        ),
         Claim(
             "each joint's running time is reduced by 0.59535 s compared to the unoptimised model",
             "section 5",
@@ -141,6 +154,18 @@ def _misprints(paper: Paper, durations: list[float]) -> list[Claim]:
             f"Eq. (5), -s1 px + c1 py = d3, at 100 random positions: missed by up to {printed:.3f} m with p as "
             f"printed, {mended:.0e} m with the wrist centre p - d6 a",
             "misprint: p is the wrist centre",
+        ),
+        Claim(
+            "Eq. (3) is the product of Eq. (1)",
+            "Eqs. (1), (3)",
+            "p_y has a2 c2 s2 where the product has a2 c2 s1, and o_y has s4 c5 c6 where it has s4 c5 s6, as in o_x",
+            "misprints",
+        ),
+        Claim(
+            "the weight of Eq. (46) decreases ever more slowly",
+            "Eq. (46) and text",
+            "w = w_max - (w_max - w_min) (t / T)^2 falls at the rate 2 (w_max - w_min) t / T^2, which grows with t",
+            "contradiction inside the paper",
         ),
         Claim(
             "the coefficients follow from Eq. (28), Eq. (31) and the matrix A",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ocp_traj.papers.drawings import best_motion
 from ocp_traj.papers.experiments import PUBLISHED_PROTOCOL
-from ocp_traj.papers.measures import claim_first, claim_last, claim_order, spread_of
+from ocp_traj.papers.measures import STAND_IN, claim_first, claim_last, claim_order, spread_of
 from ocp_traj.papers.paper import Claim, Paper
 from ocp_traj.papers.records import Records
 
@@ -16,7 +16,7 @@ def claims(paper: Paper, records: Records) -> list[Claim]:
     """Return every claim of paper A with what was measured."""
     energies = {label: records.values(label, "energy", PUBLISHED_PROTOCOL) for label in (ISSA, SSA, PSO)}
     return [
-        claim_order("energy: ISSA < SSA < PSO", "Fig. 2, text", energies, "J"),
+        claim_order("energy: ISSA < SSA < PSO", "Fig. 2, text", energies, "J", where=STAND_IN),
         *_speed_claims(paper, records),
         *_motion_claims(paper, records),
         Claim(
@@ -40,12 +40,13 @@ def _speed_claims(paper: Paper, records: Records) -> list[Claim]:
             f"PSO {spread_of(spent[PSO], 0)} of {paper.protocol.generations} generations, median and quartiles",
             "another case (stand-in); one run there",
         ),
-        claim_last("PSO converges slowest of the three", "Fig. 2, text", spent, "generations"),
+        claim_last("PSO converges slowest of the three", "Fig. 2, text", spent, "generations", STAND_IN),
         claim_first(
             "ISSA's average running time is significantly lower than that of SSA and PSO",
             "Table 2 (lost), text, 20 runs; here processor time",
             seconds,
             "s",
+            STAND_IN,
         ),
         Claim(
             "equal population and generations compare the methods fairly",

@@ -33,6 +33,8 @@ class MeasurementControl2023(Paper):
         generations=50,
         further=(
             ("ISSA of A, feasible first", "issa-a@paper[handling=feasible-first]"),
+            ("ISSA of A, beta scalar", "issa-a@paper[beta=scalar]"),
+            ("SSA, beta scalar", "ssa[population=100,beta=scalar]"),
             ("CMA-ES, scaled", "cmaes[encoding=scaled]"),
         ),
         gradient=(("IPOPT", "ipopt"),),  # the others take minutes over this energy
@@ -43,6 +45,8 @@ class MeasurementControl2023(Paper):
         "waypoints, limits and the bound of 2.8 s on the duration are stand-ins, so no number of the paper "
         "can be met, only its order. A motion longer than that bound is infeasible, whatever its worst ratio.",
         "The energy formula is lost; the sum of |torque times velocity| is our reading.",
+        "Readings: beta is one normal number per coordinate, as in the program of sparrow search's author; one number "
+        "for all coordinates, which the text allows too, is a further row.",
         "Equations 9 to 12 are lost: elite opposition, Gauss-Cauchy mutation and its threshold 1e-3 are standard "
         "forms.",
         "Producers 20 %, scouts 10 %, ST 0.8, the swarm's inertia 0.9 to 0.4 and c1 = c2 = 2 are stand-ins.",

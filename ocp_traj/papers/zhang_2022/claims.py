@@ -7,7 +7,7 @@ import numpy as np
 from ocp_traj.arrays import Array
 from ocp_traj.comparison.report.statistics import quartiles
 from ocp_traj.papers.experiments import PUBLISHED_PROTOCOL
-from ocp_traj.papers.measures import claim_order, number, spread_of
+from ocp_traj.papers.measures import STAND_IN, claim_order, number, order_with_tests, spread_of
 from ocp_traj.papers.paper import Claim, Paper
 from ocp_traj.papers.records import Records
 from ocp_traj.papers.zhang_2022.inverse_timing import inverse_timing, timing_claims
@@ -48,26 +48,36 @@ def _order_claims(paper: Paper, records: Records) -> list[Claim]:
             "Fig. 7",
             {label: columns[label] for label in (TADF_SSA, ADF_SSA, SSA, T_SSA)},
             "s",
+            where=STAND_IN,
         ),
         claim_order(
             "generations to convergence: TADF-SSA 18 < ADF-SSA 23 < T-SSA 34 < SSA 46",
             "Fig. 7",
             {label: generations[label] for label in (TADF_SSA, ADF_SSA, T_SSA, SSA)},
             "generations",
+            where=STAND_IN,
         ),
-        claim_order(
-            "Tent chaos alone makes the result worse",
-            "Fig. 7",
-            {SSA: columns[SSA], T_SSA: columns[T_SSA]},
-            "s",
-        ),
+        _no_gain_claim(columns),
         claim_order(
             "the adaptive factor alone improves",
             "section 5",
-            {ADF_SSA: columns[ADF_SSA], SSA: columns[SSA]},
+            columns,
             "s",
+            order=(ADF_SSA, SSA),
+            where=STAND_IN,
         ),
     ]
+
+
+def _no_gain_claim(columns: dict[str, Array]) -> Claim:
+    """Judge that Tent chaos alone is no significant improvement, within the family of all four methods."""
+    _, proven, tests = order_with_tests(columns)
+    return Claim(
+        "Tent chaos alone does not improve the result significantly (12.07 against 10.83 s)",
+        "Fig. 7, text",
+        f"medians: SSA {number(quartiles(columns[SSA])[1])} s, T-SSA {number(quartiles(columns[T_SSA])[1])} s. {tests}",
+        f"does not hold{STAND_IN}" if (T_SSA, SSA) in proven else "holds",
+    )
 
 
 def _number_claims(paper: Paper, records: Records) -> list[Claim]:

@@ -23,7 +23,7 @@ from ocp_traj.papers.paper import Claim, Paper, table_of
 from ocp_traj.papers.records import Records
 from ocp_traj.papers.zhang_2022.claims import ADF_SSA, BEST_OF_TEN, SSA, T_SSA, TADF_SSA, claims, durations
 from ocp_traj.papers.zhang_2022.inverse_timing import PATH_POINTS, SAVING, inverse_timing, timing_table
-from ocp_traj.papers.zhang_2022.tent import BINS, NUMBERS, histograms
+from ocp_traj.papers.zhang_2022.tent import BINS, NUMBERS, REPETITIONS, evenness, histograms
 from ocp_traj.pictures.motion import path_length, sample_times, tool_path
 from ocp_traj.pictures.picture import Picture
 
@@ -56,6 +56,10 @@ class Zhang2022(Paper):
         generations=80,
         published={label: f"{best} s, best of 10" for label, best in BEST_OF_TEN.items()},
         further=(
+            ("SSA, beta scalar", "ssa[population=100,safety=0.5,beta=scalar]"),
+            ("TADF-SSA, factors scale, beta scalar", "tadf-ssa@paper-tadf-ssa[factors=scale,beta=scalar]"),
+            ("TADF-SSA, n = joiners", "tadf-ssa@paper-tadf-ssa[hungry=scroungers]"),
+            ("ADF-SSA, factors scale", "adf-ssa@paper-adf-ssa[factors=scale]"),
             ("TADF-SSA, own extremes", "tadf-ssa@paper-tadf-ssa[tent_range=own-extremes]"),
             ("TADF-SSA, factors scale", "tadf-ssa@paper-tadf-ssa[factors=scale]"),
             ("TADF-SSA, scaled", "tadf-ssa@paper-tadf-ssa[encoding=scaled]"),
@@ -72,8 +76,9 @@ class Zhang2022(Paper):
         "Equations 16 to 19 are lost; Tent map with a random kick, cosine annealing of beta (0.2 to 1) and K "
         "= sin(pi (t/T)^2) (0 to 1) are stand-ins that fit the words.",
         "Readings: the Tent numbers are scaled into the box (`own-extremes`, the paper's words, is a further row); "
-        "the adaptive factors replace the random ones (`scale` is a further row); i > n/2 counts the whole population, "
-        "where the paper writes the number of joiners.",
+        "the adaptive factors replace the random ones (`scale` is a further row); i > n/2 counts the whole population "
+        "(the number of joiners, the paper's words, is a further row); beta and K of the plain search: beta one number "
+        "per coordinate, as in the author's program (one for all is a further row).",
         "The search starts from a population in a box whose upper corner is the paper's initial 50 s.",
     )
 
@@ -103,9 +108,13 @@ class Zhang2022(Paper):
             timing_table(inverse_timing(self.task(), records)),
             table_of(
                 "Tent chaos against pseudo-random numbers",
-                (f"{NUMBERS} numbers", f"chi-square over {BINS} bins"),
-                [(name, f"{value:.1f}") for name, (_, value) in histograms().items()],
-                f"Independent uniform numbers give about {BINS - 1}; more is less even.",
+                (f"{NUMBERS} numbers, chi-square over {BINS} bins", "5 %", "median", "95 %", "the draw of Fig. 1"),
+                [
+                    (name, *(f"{q:.1f}" for q in np.quantile(found, [0.05, 0.5, 0.95])), f"{histograms()[name][1]:.1f}")
+                    for name, found in evenness().items()
+                ],
+                f"Quantiles of {REPETITIONS} repetitions. Independent uniform numbers give about {BINS - 1}; more is "
+                "less even.",
             ),
         ]
 

@@ -22,6 +22,7 @@ from ocp_traj.references.bounds.kinematic_estimate import (
     stop_durations,
 )
 from ocp_traj.references.bounds.kinematic_proof import MARGIN, bounded_velocities, prove_lower, single_gaps
+from ocp_traj.references.reference import missing_packages
 from ocp_traj.task import Limits, TrajectoryTask
 from ocp_traj.task.preparing import merged, prepare
 
@@ -248,6 +249,8 @@ def _along_spline(task: TrajectoryTask, moving: Array) -> LocalOptimum | None:
     """Return the motion along a spline through the waypoints, timed by TOPP-RA on its first grid, or None."""
     from ocp_traj.references.timing.toppra_reference import FIRST_GRID, toppra_reference
 
+    if missing_packages(("toppra",)):
+        return None
     limits = Limits(velocity=task.limits.get("velocity"), acceleration=task.limits.get("acceleration"))
     bare = TrajectoryTask(np.asarray(task.waypoints), limits)
     result = toppra_reference(bare, "chord", points=FIRST_GRID)

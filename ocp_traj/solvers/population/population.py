@@ -14,10 +14,9 @@ from metaheuristics import (
     minimize,
     minimize_restarting,
     registry,
-    unavailable,
 )
 from metaheuristics.ordering import find_ordering
-from ocp_traj.exceptions import InputError, UnavailableError, UnknownNameError
+from ocp_traj.exceptions import InputError, UnknownNameError
 from ocp_traj.solvers.population.condensed import CondensedSolver, encode_motion
 from ocp_traj.solvers.population.counting import Counted
 from ocp_traj.solvers.solver import DEFAULT_BUDGET, Request
@@ -74,14 +73,8 @@ class Population(CondensedSolver):
         other = tuple((key, value) for key, value in settings.items() if key not in own)
         return cls(**mine, settings=other)
 
-    def check_available(self) -> None:
-        """Raise `UnavailableError` when the optimiser needs a package that is not there."""
-        if self.method in unavailable:
-            raise UnavailableError(f"solver {self.method!r} cannot be loaded: {unavailable[self.method]}")
-
     def optimizer(self) -> Optimizer[Any]:
         """Return the optimiser with its settings."""
-        self.check_available()
         settings = dict(self.settings)
         preset = settings.pop("preset", None)
         if preset is not None:

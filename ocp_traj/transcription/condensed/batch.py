@@ -70,8 +70,19 @@ class CurveBatch:
         states = self.rise * self.inverse_powers[order] if order else self.states
         return _combine(sample_rows(self.degree, order, fractions), states, out)
 
+    def positions(self, fractions: Array) -> Array:
+        """Return positions at fractions (k, S, p) of its own of every segment of every candidate, (n, k, S, p)."""
+        coefficients = self.coefficients(0)[:, :, None]
+        values: Array = np.broadcast_to(coefficients[:, -1], (len(coefficients), *fractions.shape)).copy()
+        for power in reversed(range(self.degree)):
+            values *= fractions
+            values += coefficients[:, power]
+        return values
+
     def coefficients(self, order: int) -> Array:
-        """Return the ascending coefficients of derivative `order` >= 1 by tau, (n, degree + 1 - order, S, p)."""
+        """Return the ascending coefficients of derivative `order` by tau, (n, degree + 1 - order, S, p)."""
+        if order == 0:
+            return _combine(power_rows(self.degree, 0, self.degree + 1), self.states)
         if order == 1:
             return self.slopes
         factors = [falling(power, order) / power for power in range(order, self.degree + 1)]

@@ -31,10 +31,10 @@ class CondensedNlp(Nlp):
     ----------
     task : TrajectoryTask
     encoding : str or Encoding class
-        ``"durations"``: x holds the duration of every segment, s; ``"log-durations"``: their logarithms;
+        ``"durations"``: x holds the duration of every gap, s; ``"log-durations"``: their logarithms;
         ``"scaled"``: only the proportions of the durations count, the total is the smallest feasible one (or, for
-        costs other than time, the best feasible one), found in closed form. After the durations come, for every
-        virtual knot and joint, the offset from the chord in units of half the joint's travel, in [-1, 1].
+        costs other than time, the best feasible one), found in closed form. With virtual knots, how a gap's
+        duration is divided follows, then the offsets of the knots.
     samples : int
         Samples a gap of limits without closed-form extrema and of integrated costs.
     extrema : str
@@ -42,8 +42,14 @@ class CondensedNlp(Nlp):
         3-5-3); ``"sampled"``; ``"auto"`` chooses exact where there is.
     bounds : (2,), optional
         Of the duration of a gap, s; by default the task's search box.
+    offsets : str
+        ``"spline"``: offsets of virtual knots are measured from the spline of the family's degree through the
+        waypoints, in units of the local travel, in +-``search.offset``; ``"chord"``: from the chord, in units of half
+        the joint's travel, in [-1, 1].
     guess : Trajectory, optional
         A motion of the task's family and number of knots to start from; by default one from the limits alone.
+    box : pair of (d,), optional
+        Bounds of the variables; by default the encoding's own.
 
     Attributes
     ----------
@@ -62,18 +68,21 @@ class CondensedNlp(Nlp):
         samples: int = 16,
         extrema: str = "auto",
         bounds: ArrayLike | None = None,
+        offsets: str = "spline",
         guess: Trajectory | None = None,
+        box: tuple[Array, Array] | None = None,
     ) -> None:
         chosen = find_encoding(encoding)
-        self.encoding = chosen(task, make_rows(task, samples, extrema), bounds)
+        self.encoding = chosen(task, make_rows(task, samples, extrema), bounds, offsets)
         self.segments = self.encoding.segments
         start = self.encoding.encode(initial_guess(task) if guess is None else guess)
+        lower, upper = (self.encoding.lower, self.encoding.upper) if box is None else box
         g_lower, g_upper = self.encoding.bounds()
         super().__init__(
             task,
-            lower=self.encoding.lower,
-            upper=self.encoding.upper,
-            guess=np.clip(start, self.encoding.lower, self.encoding.upper),
+            lower=lower,
+            upper=upper,
+            guess=np.clip(start, lower, upper),
             g_lower=g_lower,
             g_upper=g_upper,
             rows=self.encoding.labels(),

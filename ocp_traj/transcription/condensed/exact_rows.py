@@ -29,7 +29,11 @@ CHEAP = 3
 
 def write_exact(curves: CurveBatch, order: int, block: LimitRows, out: Array) -> None:
     """Write by how much the largest and the smallest value are outside, (k, 2, S, p)."""
-    lower, upper = (side[:, None, :, None] for side in (block.lower, block.upper))
+    # A waypoint on a limit of position is inside.
+    slack = 0.0 if order else ROUNDING
+    lower, upper = (
+        side[:, None, :, None] for side in (block.lower - slack, block.upper + slack)
+    )
 
     def outside(largest: Array, smallest: Array) -> Any:
         return (largest > upper[:, 0]) | (smallest < lower[:, 0])
@@ -90,7 +94,7 @@ def _write_extremes(
         coefficients = coefficients[block.joints]
     coefficients = coefficients * (curves.inverse_powers[order] / block.scale[:, :, None])[:, None]
     top = curves.degree - order
-    if top > CHEAP:
+    if top > CHEAP or order == 0:
         _write_needed_extremes(coefficients, decide, out)
         return
     for degree, segments in degree_groups(curves.degrees):

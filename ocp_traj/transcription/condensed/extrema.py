@@ -12,6 +12,9 @@ from typing import Any
 
 import numpy as np
 
+LARGEST_DEGREE = 4
+"""Of a polynomial whose extrema have a closed form here."""
+
 TINY = 1e-13
 """Leading coefficients below this share of the largest one are treated as this share."""
 

@@ -21,6 +21,7 @@ from ocp_traj.limits.limit import bound_scales, finite_joints
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.transcription.condensed.batch import CurveBatch
 from ocp_traj.transcription.condensed.exact_rows import largest_ratio, write_exact, write_positions
+from ocp_traj.transcription.condensed.extrema import LARGEST_DEGREE
 from ocp_traj.transcription.condensed.limit_rows import LimitRows
 from ocp_traj.transcription.condensed.samples import Buffers, Samples
 from ocp_traj.transcription.quadrature import even_intervals, gauss_legendre, simpson_weights
@@ -164,7 +165,7 @@ def make_rows(task: TrajectoryTask, samples: int, extrema: str) -> CondensedRows
     for limit in DERIVATIVE_LIMITS:
         if not limit.applies(task):
             continue
-        exact = extrema != "sampled" and family.degree <= 5 and limit.order > 0
+        exact = extrema != "sampled" and family.degree <= 5 and family.degree - limit.order <= LARGEST_DEGREE
         joints = finite_joints(limit.bounds(task))
         bounds = np.repeat(limit.bounds(task)[:, :, joints], per_gap, axis=0)
         points = (0.0, 1.0) if exact else grid_fractions(intervals)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
+from helpers.collision.cells import clamped, random_motion, random_scene, task_among
 from ocp_traj.audit import audit
 from ocp_traj.audit.clearance.judging import judge_clearance
 from ocp_traj.audit.motion import Motion
@@ -19,7 +20,6 @@ from ocp_traj.collision.distances import Measure
 from ocp_traj.robot import load_robot
 from ocp_traj.task import Limits
 from ocp_traj.trajectory import Trajectory
-from tests.collision.cells import clamped, random_motion, random_scene, task_among
 
 REACH = np.array([0.0, -0.6, 0.5, 0.0, 1.2, 0.0])
 SWAY = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])

@@ -10,13 +10,13 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from helpers.collision.cells import random_scene
 from ocp_traj.audit.clearance.placements import Placements
 from ocp_traj.audit.clearance.separation import Frames, Stretch, second_order, separation
 from ocp_traj.audit.clearance.surface import Surface
 from ocp_traj.collision import Cell, CollisionScene, Shape, Solid, cell_of
 from ocp_traj.collision.distances import Measure
 from ocp_traj.robot import Robot, load_robot, robot_from_dh, robot_from_urdf
-from tests.collision.cells import random_scene
 
 GANTRY = """<?xml version="1.0"?>
 <robot name="gantry">

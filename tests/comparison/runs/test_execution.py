@@ -249,3 +249,28 @@ def comparable(folder: Path) -> list[tuple[Any, ...]]:
             (*row.key, row.record.status, row.record.reason, row.record.objective, store.trajectory(row))
             for row in store.rows()
         ]
+
+
+def test_a_dask_scheduler_that_dies_meanwhile_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    distributed = pytest.importorskip("distributed")
+
+    class Lost:
+        """A client whose scheduler dies once it has its work; its futures are cancelled then."""
+
+        status = "closed"
+
+        def __init__(self, *_: object, **__: object) -> None:
+            self.cancel = self.submit = lambda *_, **__: self
+
+        def __enter__(self) -> Lost:
+            return self
+
+        def __exit__(self, *_: object) -> None: ...
+
+        def cancelled(self) -> bool:
+            return True
+
+    monkeypatch.setattr(distributed, "Client", Lost)
+    monkeypatch.setattr(distributed, "as_completed", list)
+    with pytest.raises(UnavailableError, match="was lost; what is finished is kept"):
+        compare(plan(("good",)), tmp_path, dask="tcp://127.0.0.1:9", identify=fakes.identify)

@@ -14,6 +14,12 @@ from metaheuristics import (
     minimize,
     minimize_restarting,
 )
+from metaheuristics.algorithms.covariance_matrix_adaptation import (
+    CovarianceMatrixAdaptation,
+    adapt,
+    find_rates,
+    is_finished,
+)
 from metaheuristics.test_problems.constrained import CLASSICS, ConstrainedProblem
 from metaheuristics.test_problems.standard import (
     HALF_WIDTHS,
@@ -89,13 +95,62 @@ def test_random_search_is_uniform_and_independent_of_costs():
 
 
 def test_covariance_matrix_adaptation_solves_a_rotated_ellipsoid_to_ten_digits():
-    cma_evolution = pytest.importorskip("metaheuristics.algorithms.covariance_matrix_adaptation")
     problem = make_shifted(Ellipsoid, 5, make_rng(2), rotated=True)
-    optimizer = cma_evolution.CovarianceMatrixAdaptation(population=12)
+    optimizer = CovarianceMatrixAdaptation(population=12)
     best = minimize(problem, optimizer, budget=8000, rng=make_rng(3))
     assert best.x == pytest.approx(problem.optimum, abs=1e-8)
     with pytest.raises(ValueError, match="sigma is 0"):
-        cma_evolution.CovarianceMatrixAdaptation(sigma=0.0)
+        CovarianceMatrixAdaptation(sigma=0.0)
+
+
+@pytest.mark.parametrize(("d", "n"), [(1, 6), (5, 12), (8, 40)])
+def test_every_adaptation_is_that_of_the_reference_package(d, n):
+    """Thirty generations of `cmaes`, told the same candidates."""
+    cmaes = pytest.importorskip("cmaes")
+    rng = make_rng(4)
+    peer = cmaes.CMA(np.full(d, 0.4), 0.3, population_size=n, seed=1)
+    optimizer = CovarianceMatrixAdaptation(population=n)
+    state = optimizer.start(np.zeros(d), np.ones(d), rng).evolve(**optimizer.start_at(np.full(d, 0.4)))
+    for _ in range(30):
+        unit = state.mean + state.sigma * rng.standard_normal((n, d)) @ (state.basis * state.spread).T
+        cost = ((unit - 0.2) ** 2 @ 10.0 ** np.arange(d)) + 0.1 * np.sin(20 * unit[:, 0])
+        peer.tell([(x.copy(), value) for x, value in zip(unit, cost.tolist())])
+        state = state.evolve(**adapt(state, unit[np.argsort(cost)], find_rates(n, d)))
+        assert state.mean == pytest.approx(peer.mean, rel=1e-9, abs=1e-12)
+        assert state.sigma == pytest.approx(peer._sigma, rel=1e-9)
+        assert state.covariance == pytest.approx(peer._C, rel=1e-8, abs=1e-11)
+
+
+def test_candidates_follow_the_distribution_and_stay_in_the_box():
+    optimizer, rng = CovarianceMatrixAdaptation(population=4000), make_rng(7)
+    lower, upper = np.array([-1.0, 2.0]), np.array([1.0, 12.0])
+    covariance = np.array([[1.0, 0.6], [0.6, 0.5]])
+    values, basis = np.linalg.eigh(covariance)
+    known = {"covariance": covariance, "basis": basis, "spread": np.sqrt(values), "phase": 0}
+    state = optimizer.start(lower, upper, rng).evolve(mean=np.array([0.5, 0.4]), sigma=0.05, **known)
+    X, _ = optimizer.ask(state, rng)
+    unit = (X - lower) / (upper - lower)
+    assert unit.mean(axis=0) == pytest.approx([0.5, 0.4], abs=0.004)
+    assert np.cov(unit.T) / 0.05**2 == pytest.approx(covariance, abs=0.06)
+    X, _ = optimizer.ask(state.evolve(mean=np.zeros(2)), rng)
+    assert (lower <= X).all() and (upper >= X).all()
+    assert (lower == X).any(axis=1).mean() < 0.02  # drawn again, not put on the walls
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"sigma": 1e-14}, {"sigma": 2e4}, {"spread": np.array([1.0, 1e-8])}, {"sigma": 1e-10, "mean": np.full(2, 1e8)}],
+    ids=["converged", "diverged", "degenerated", "without effect"],
+)
+def test_a_distribution_that_is_finished_starts_again(change):
+    optimizer, rng = CovarianceMatrixAdaptation(), make_rng(8)
+    state = optimizer.start([0.0, 0.0], [1.0, 1.0], rng).evolve(phase=0, age=9)
+    assert not is_finished(state, optimizer.sigma)
+    assert optimizer.propose(state, rng)[1].age == 9
+    state = state.evolve(**change)
+    assert is_finished(state, optimizer.sigma)
+    fresh = optimizer.propose(state, rng)[1]
+    assert (fresh.age, fresh.sigma) == (0, optimizer.sigma) and (fresh.mean != state.mean).all()
 
 
 # Restarts

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from metaheuristics import Evaluation, SparrowSearch, minimize
-from metaheuristics.algorithms.sparrow_search import PRODUCERS, SCOUTS, SCROUNGERS
+from metaheuristics.algorithms.sparrow_search import PRODUCERS, READINGS, SCOUTS, SCROUNGERS
 from metaheuristics.bounds import clip
 from metaheuristics.test_problems.standard import Rastrigin
 
@@ -119,13 +119,24 @@ def test_scroungers_follow_the_best_of_the_moved_producers(scripted):
     assert moved[0] == pytest.approx([3.0 + 2.0, 0.0 + 1.0])  # X_p + |(1, 1) - (3, 0)|
 
 
+def test_the_default_is_the_authors_own_program():
+    author = {
+        "replacement": "greedy",
+        "alpha": "scalar",
+        "normal": "scalar",
+        "beta": "coordinate",
+        "flight": "literal",
+    }
+    assert {name: getattr(SparrowSearch(), name) for name in author} == author
+    assert {name: readings[0] for name, readings in READINGS.items()} == {**author, "hungry": "population"}
+
+
 def test_scouts_fly_around_the_best(scripted):
-    optimizer = SparrowSearch(population=5)
-    flock = make_flock(optimizer, FIVE, [5.0, 4.0, 2.0, 3.0, 6.0], phase=SCOUTS, rows=[1])
-    moved = optimizer.move_scouts(flock, scripted(standard_normal=[-0.5], random=[0.75]))
+    scalar = SparrowSearch(population=5, beta="scalar")
+    flock = make_flock(scalar, FIVE, [5.0, 4.0, 2.0, 3.0, 6.0], phase=SCOUTS, rows=[1])
+    moved = scalar.move_scouts(flock, scripted(standard_normal=[-0.5], random=[0.75]))
     assert moved[0] == pytest.approx([1.0 - 0.5 * 2.0, 1.0 - 0.5 * 1.0])
-    free = SparrowSearch(population=5, beta="coordinate")
-    moved = free.move_scouts(flock, scripted(standard_normal=[[[-0.5, 2.0]]], random=[0.75]))
+    moved = SparrowSearch(population=5).move_scouts(flock, scripted(standard_normal=[[[-0.5, 2.0]]], random=[0.75]))
     assert moved[0] == pytest.approx([0.0, 3.0])
 
 
@@ -255,7 +266,7 @@ class StraightLineSparrowSearch:
         {"replacement": "always"},
         {"alpha": "coordinate"},
         {"normal": "coordinate"},
-        {"beta": "coordinate"},
+        {"beta": "scalar"},
         {"flight": "coordinate"},
         {"flight": "coordinate-undivided"},
         {"hungry": "scroungers"},

@@ -43,7 +43,8 @@ def test_the_diagonal_is_seen_as_correlation():
 
 PUBLISHED = {
     "literal": {},
-    "per-coordinate": {"alpha": "coordinate", "normal": "coordinate", "beta": "coordinate"},
+    "scalar": {"beta": "scalar"},
+    "per-coordinate": {"alpha": "coordinate", "normal": "coordinate"},
     "flight-coordinate": {"flight": "coordinate"},
     "flight-undivided": {"flight": "coordinate-undivided"},
     "always": {"replacement": "always"},
@@ -54,10 +55,10 @@ PUBLISHED = {
 @pytest.mark.parametrize("settings", PUBLISHED.values(), ids=PUBLISHED)
 def test_every_published_reading_is_structurally_biased(settings):
     optimizer = SparrowSearch(population=30, **settings)
-    report = measure_structural_bias(optimizer, rng=make_rng(1), runs=60, dimension=3, budget=1500)
+    report = measure_structural_bias(optimizer, rng=make_rng(1), runs=100, dimension=3, budget=1500)
     assert report.p_value < 1e-6
     assert report.is_biased()
-    assert report.positions.shape == (60, 3)
+    assert report.positions.shape == (100, 3)
 
 
 @pytest.mark.parametrize("name", ["t-ssa", "adf-ssa", "tadf-ssa", "issa-a", "issa-b"])
@@ -102,6 +103,11 @@ def published():
 
 
 @pytest.fixture(scope="module")
+def scalar():
+    return measure_shift_dependence(SparrowSearch(beta="scalar"), rng=make_rng(1))
+
+
+@pytest.fixture(scope="module")
 def debiased():
     return measure_shift_dependence(SparrowSearch(**FAIR), rng=make_rng(1))
 
@@ -110,9 +116,16 @@ def is_easier(one, other):
     return stats.mannwhitneyu(one, other, alternative="less").pvalue < 0.01
 
 
-def test_published_sparrow_search_finds_the_origin_and_misses_everything_else(published):
-    assert published["origin"].max() < 1e-100
-    assert np.median(published["random"]) > 1.0
+@pytest.mark.parametrize("reading", ["published", "scalar"])
+def test_published_sparrow_search_finds_the_origin_and_misses_everything_else(reading, request):
+    found = request.getfixturevalue(reading)
+    assert found["origin"].max() < 1e-100
+    assert found["random"].min() > 1e-4
+
+
+def test_a_scalar_beta_collapses_the_flock_onto_the_diagonal(published, scalar):
+    assert np.median(scalar["random"]) > 1.0
+    assert is_easier(published["random"], scalar["random"])
 
 
 def test_published_sparrow_search_prefers_the_diagonal(published):
@@ -124,9 +137,10 @@ def test_debiased_sparrow_search_prefers_neither_the_origin_nor_the_diagonal(deb
     assert not is_easier(debiased["equal"], debiased["random"])
 
 
-def test_debiased_sparrow_search_is_better_on_shifted_problems(published, debiased):
+def test_debiased_sparrow_search_is_better_away_from_origin_and_diagonal(published, scalar, debiased):
+    assert is_easier(debiased["random"], published["random"])
     for place in ("equal", "random"):
-        assert is_easier(debiased[place], published[place])
+        assert is_easier(debiased[place], scalar[place])
 
 
 def test_particle_swarm_and_random_search_bracket_them_on_shifted_spheres():

@@ -31,7 +31,8 @@ def alike(n: int, knots: int) -> TrajectoryTask:
 def test_joints_that_move_alike_with_velocity_limits_only() -> None:
     result = solve(fault("alike-joints"))
     assert result.feasible and result.status == "converged"
-    assert result.duration == pytest.approx(1.0446539, rel=1e-5)
+    least = np.deg2rad(30 + 20) / 1.3  # all the way at the velocity limit
+    assert least <= result.duration <= 1.01 * least
 
 
 @pytest.mark.parametrize("knots", [0, 1, 3])
@@ -96,7 +97,7 @@ def rest_to_speed(rng: np.random.Generator, start_moves: bool) -> tuple[Trajecto
     return task, (2 * peak - speed) / most
 
 
-@pytest.mark.parametrize("count", [40, pytest.param(400, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [40, pytest.param(400, marks=pytest.mark.long)])
 def test_random_tasks_of_one_joint_with_an_end_that_moves_take_the_exact_time(count: int) -> None:
     rng = np.random.default_rng(1)
     ratios = []

@@ -70,7 +70,7 @@ def test_the_best_speed_keeps_every_limit_and_touches_one(
     evaluation = nlp.evaluate(X)
     assert evaluation.violation.max(initial=0.0) < 1e-12
     for k, x in enumerate(X):
-        total = float(np.exp(x[: nlp.segments]).sum())
+        total = float(np.exp(x[:GAPS]).sum())
         scale = nlp.decode(x).duration / total
         assert evaluation.cost[k] == pytest.approx(2.0 * total * scale, rel=1e-12)
         slow, fast = (motion_for(nlp, x, scale * factor) for factor in (1 + 1e-9, 1 - 1e-6))

@@ -9,6 +9,7 @@ import pytest
 
 from helpers.condensed_rows import candidates, motion_for
 from helpers.row_oracle import (
+    GAPS,
     make_task,
     torque,
 )
@@ -42,7 +43,7 @@ def test_costs_of_populations_are_integrals_of_what_pinocchio_says(
     nlp = CondensedNlp(task, encoding=encoding, samples=8)
     X = candidates(nlp)
     for x, cost in zip(X, nlp.evaluate(X).cost):
-        scale = 1.0 if encoding == "durations" else nlp.decode(x).duration / np.exp(x[: nlp.segments]).sum()
+        scale = 1.0 if encoding == "durations" else nlp.decode(x).duration / np.exp(x[:GAPS]).sum()
         motion = motion_for(nlp, x, scale)
         total = 0.5 * motion.durations.sum()
         for segment, h in enumerate(motion.durations):

@@ -23,6 +23,7 @@ from helpers.row_oracle import (
 from ocp_traj.limits.limit import bound_scales
 from ocp_traj.task import Boundary, Limits, TrajectoryTask
 from ocp_traj.transcription.condensed.condensed import CondensedNlp
+from ocp_traj.transcription.condensed.encodings.encoding import LARGEST_RATIO
 from ocp_traj.transcription.condensed.limit_rows import LimitRows
 
 
@@ -39,7 +40,7 @@ def expected_rows(task: TrajectoryTask, robot: Any, motion: Motion, exact: bool)
         rows.append((*place, value / scale, bounds[0] / scale, bounds[1] / scale))
 
     for name, order in ORDERS.items():
-        closed = exact and order > 0
+        closed = exact and (order > 0 or task.family == "cubic")
         points = [0.0, 1.0] if closed else grid(per_gap)
         table = [
             motion.extremes(order, s) if closed else motion.at(order, s, points) for s in range(segments)
@@ -118,11 +119,12 @@ def test_every_row_has_the_value_and_the_bounds_worked_out_apart(
 
 
 @pytest.mark.parametrize("encoding", ["durations", "log-durations"])
-def test_the_box_is_the_case_s_shared_among_segments(arm: Any, encoding: str) -> None:
+def test_the_box_of_gaps_is_the_case_s_and_shares_and_offsets_have_their_own(arm: Any, encoding: str) -> None:
     nlp = CondensedNlp(make_task(arm, "cubic", 2), encoding=encoding)
     turned = np.log if encoding == "log-durations" else np.asarray
-    np.testing.assert_allclose(nlp.lower, [*[turned(0.25 / 3)] * 9, *[-1.0] * 18])
-    np.testing.assert_allclose(nlp.upper, [*[turned(1.5 / 3)] * 9, *[1.0] * 18])
+    beside = [*[np.log(LARGEST_RATIO)] * 6, *[nlp.task.search.offset] * 18]
+    np.testing.assert_allclose(nlp.lower, [*[turned(0.25)] * 3, *(-np.array(beside))])
+    np.testing.assert_allclose(nlp.upper, [*[turned(1.5)] * 3, *beside])
     assert nlp.dimension == 27
     x = candidates(nlp, 1)[0]
     np.testing.assert_allclose(nlp.encode(nlp.decode(x)), x, atol=1e-9)

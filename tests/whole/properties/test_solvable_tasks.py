@@ -46,7 +46,7 @@ def test_the_motion_that_limits_are_drawn_around_keeps_them(seed: int) -> None:
     ("seeds", "starts"),
     [
         pytest.param(range(1, 5), 0, id="few"),
-        pytest.param(range(50), 10, marks=pytest.mark.slow, id="some"),
+        pytest.param(range(50), 10, marks=pytest.mark.long, id="some"),
         pytest.param(range(1000), 10, marks=pytest.mark.long, id="all"),
     ],
 )
@@ -69,7 +69,7 @@ def test_tasks_that_have_a_motion_are_solved_and_solved_well(seeds: range, start
 
 
 @pytest.mark.parametrize(
-    ("seeds", "starts"), [((9, 45), 2), pytest.param(range(100), 20, marks=pytest.mark.slow)]
+    ("seeds", "starts"), [((9, 45), 2), pytest.param(range(100), 20, marks=pytest.mark.long)]
 )
 def test_several_joints_with_moving_ends_are_as_fast_as_from_the_best_of_many_starts(
     seeds: range, starts: int
@@ -81,7 +81,7 @@ def test_several_joints_with_moving_ends_are_as_fast_as_from_the_best_of_many_st
         assert result.duration <= 1.01 * best_of_starts(task, starts), f"seed {seed}: {result}"
 
 
-@pytest.mark.parametrize("seeds", [range(2), pytest.param(range(300), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seeds", [range(2), pytest.param(range(300), marks=pytest.mark.long)])
 def test_what_is_called_infeasible_is_proved_again_another_way(seeds: range) -> None:
     called = 0
     for seed in seeds:

@@ -11,7 +11,7 @@ from ocp_traj.transcription.nlp import Symbol
 
 
 class Durations(Encoding):
-    """x holds the durations themselves, s."""
+    """x holds the durations of gaps themselves, s."""
 
     name = "durations"
 
@@ -29,7 +29,7 @@ class Durations(Encoding):
 
 
 class LogDurations(Encoding):
-    """x holds the natural logarithms of the durations: a factor of two is the same step everywhere."""
+    """x holds the natural logarithms of the durations of gaps: a factor of two is the same step everywhere."""
 
     name = "log-durations"
 

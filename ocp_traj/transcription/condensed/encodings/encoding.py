@@ -17,18 +17,22 @@ from ocp_traj.exceptions import UnavailableError
 from ocp_traj.task import TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 from ocp_traj.transcription.condensed.batch import CurveBatch, build_curves
+from ocp_traj.transcription.condensed.encodings.offsets import find_offsets
 from ocp_traj.transcription.condensed.rows import CondensedRows, InstantRows, KinematicRows
 from ocp_traj.transcription.condensed.samples import Samples
 from ocp_traj.transcription.curve import build_trajectory
 from ocp_traj.transcription.duration_rows import duration_rows
 from ocp_traj.transcription.nlp import RowBlock, Symbol
 
+LARGEST_RATIO = 4.5
+"""Largest ratio of a segment's duration to that of its gap's first segment in the box, and one over the smallest."""
+
 
 class Encoding(ABC):
-    """What the variables x of a condensed problem mean: S that give the durations, then the offsets of virtual knots.
+    """What the variables x of a condensed problem mean: durations of gaps, their shares, offsets of virtual knots.
 
-    An offset is one joint's distance of one virtual knot from its anchor, in units of half the joint's travel, in
-    [-1, 1]; what it says where the end conditions decide the position is ignored.
+    First comes one variable a gap, for its duration; with virtual knots there follow the logarithms of the ratios of
+    the segments' durations to that of their gap's first segment, gap by gap, then the offsets, knot by knot.
 
     Parameters
     ----------
@@ -37,6 +41,8 @@ class Encoding(ABC):
         The constraint rows and cost terms of the task.
     bounds : (2,), optional
         Of the duration of a gap, s; by default the task's search box.
+    offsets : str
+        What positions of virtual knots are measured from: ``"spline"`` or ``"chord"``; see `Offsets`.
 
     Attributes
     ----------
@@ -44,6 +50,9 @@ class Encoding(ABC):
         In names of solvers and in results.
     decides_speed : bool
         Whether the durations are scaled to a total of the encoding's own choice.
+    offsets : Offsets
+    segments : int
+        Number S of segments.
     lower, upper : (d,)
         The box of the variables.
     """
@@ -51,36 +60,51 @@ class Encoding(ABC):
     name: ClassVar[str]
     decides_speed: ClassVar[bool] = False
 
-    def __init__(self, task: TrajectoryTask, rows: CondensedRows, bounds: ArrayLike | None = None) -> None:
+    def __init__(
+        self,
+        task: TrajectoryTask,
+        rows: CondensedRows,
+        bounds: ArrayLike | None = None,
+        offsets: str = "spline",
+    ) -> None:
         self.task, self.rows = task, rows
         self.sums = duration_rows(task)
-        per_gap = task.virtual_knots + 1
-        self.segments = task.gaps * per_gap
-        knots = np.arange(self.segments + 1)
-        self.virtual = knots[knots % per_gap > 0]
-        self.unit = np.ptp(task.waypoints, axis=0) / 2
-        self.chord = np.repeat(task.waypoints, per_gap, axis=0)[: self.segments + 1]
-        rise = np.repeat(np.diff(task.waypoints, axis=0), per_gap, axis=0)
-        self.chord[:-1] += rise * (knots[:-1, None] % per_gap / per_gap)
-        offsets = np.ones(self.virtual.size * task.n)
-        low, high = np.asarray(task.search.duration if bounds is None else bounds) / per_gap
-        self.lower = np.concatenate([self.from_durations(np.full(self.segments, low)), -offsets])
-        self.upper = np.concatenate([self.from_durations(np.full(self.segments, high)), offsets])
+        self.per_gap = task.virtual_knots + 1
+        self.segments = task.gaps * self.per_gap
+        self.offsets = find_offsets(offsets)(task)
+        self.unit = self.offsets.unit
+        low, high = np.asarray(task.search.duration if bounds is None else bounds)
+        beside = np.concatenate(
+            [
+                np.full(self.segments - task.gaps, np.log(LARGEST_RATIO)),
+                np.full(self.unit.size, self.offsets.half_width),
+            ]
+        )
+        self.lower = np.concatenate([self.from_durations(np.full(task.gaps, low)), -beside])
+        self.upper = np.concatenate([self.from_durations(np.full(task.gaps, high)), beside])
 
     def __str__(self) -> str:
         """Return the name."""
         return self.name
 
+    @property
+    def measured_from(self) -> dict[str, Any] | None:
+        """What offsets are measured ``from`` and the half-width of their ``box``, in units; None without offsets."""
+        if not self.unit.size:
+            return None
+        own = type(self).anchors is not Encoding.anchors
+        return {"from": "own" if own else self.offsets.name, "box": self.offsets.half_width}
+
     @abstractmethod
     def from_durations(self, durations: Array) -> Array:
-        """Return the variables of durations (S,), s; a longer duration has a larger variable."""
+        """Return the variables of the durations of gaps (G,), s; a longer duration has a larger variable."""
 
     @abstractmethod
     def to_durations(self, x: Array) -> Array:
-        """Return the durations (p, S), s, of the first S variables of p candidates, before any scaling."""
+        """Return the durations (p, G) of gaps, s, of the first G variables of p candidates, before any scaling."""
 
     def symbolic_durations(self, x: Symbol) -> Symbol:
-        """Return the durations (S,) of symbols.
+        """Return the durations (G,) of gaps of symbols.
 
         Raises
         ------
@@ -92,42 +116,54 @@ class Encoding(ABC):
         )
 
     def anchors(self, durations: Array) -> Array:
-        """Return what offsets are measured from, (S + 1, n, 1 or p): the chord between the waypoints, evenly divided.
+        """Return what offsets are measured from, (S + 1, n, 1 or p).
 
         Parameters
         ----------
         durations : (p, S) s
         """
-        return self.chord[:, :, None]
+        return self.offsets.anchors(durations)
 
     def symbolic_anchors(self, durations: Symbol) -> list[Any]:
         """Return the anchors of symbolic durations, S + 1 rows (1, n)."""
-        return [row[None, :] for row in self.chord]
+        return self.offsets.symbolic_anchors(durations)
 
     def durations(self, X: Array) -> Array:
         """Return the durations (p, S), s, that variables X (p, d) stand for, before any scaling."""
-        return self.to_durations(X[:, : self.segments])
+        gaps = self.task.gaps
+        totals = self.to_durations(X[:, :gaps])
+        if self.per_gap == 1:
+            return totals
+        parts = np.ones((len(X), gaps, self.per_gap))
+        np.exp(X[:, gaps : self.segments].reshape(len(X), gaps, -1), out=parts[:, :, 1:])
+        parts *= (totals / parts.sum(axis=2))[:, :, None]
+        return parts.reshape(len(X), -1)
 
     def positions(self, X: Array) -> Array:
         """Return the positions at all knots, (S + 1, n, p or 1), rad (m)."""
         anchors = self.anchors(self.durations(X))
-        if not self.virtual.size:
+        if not self.unit.size:
             return anchors
-        offsets = X[:, self.segments :].reshape(len(X), self.virtual.size, self.task.n)
+        offsets = X[:, self.segments :].reshape(len(X), *self.unit.shape)
         positions = np.empty((*anchors.shape[:2], len(X)))
         positions[...] = anchors
-        positions[self.virtual] += offsets.transpose(1, 2, 0) * self.unit[:, None]
+        positions[self.offsets.knots] += offsets.transpose(1, 2, 0) * self.unit[:, :, None]
         return positions
 
     def symbolic_curve(self, x: Symbol) -> tuple[Symbol, list[Any]]:
         """Return the durations (S,) and the positions at all knots, S + 1 rows (1, n), of symbols (d,)."""
-        durations = self.symbolic_durations(x[: self.segments])
+        gaps, n = self.task.gaps, self.task.n
+        durations = self.symbolic_durations(x[:gaps])
+        if self.per_gap > 1:
+            ratios = ca.reshape(ca.exp(x[gaps : self.segments]), self.per_gap - 1, gaps)
+            parts = ca.vertcat(ca.DM.ones(1, gaps), ratios)
+            durations = ca.vec(parts * ca.repmat(durations.T / ca.sum1(parts), self.per_gap, 1))
         positions = [
             ca.DM(row) if isinstance(row, np.ndarray) else row for row in self.symbolic_anchors(durations)
         ]
-        first, n = self.segments, self.task.n
-        for knot in self.virtual.tolist():
-            positions[knot] = positions[knot] + (ca.DM(self.unit) * x[first : first + n]).T
+        first = self.segments
+        for knot, unit in zip(self.offsets.knots.tolist(), self.unit):
+            positions[knot] = positions[knot] + (ca.DM(unit) * x[first : first + n]).T
             first += n
         return durations, positions
 
@@ -144,12 +180,13 @@ class Encoding(ABC):
 
     def encode(self, trajectory: Trajectory) -> Array:
         """Return the variables of a motion of this family with the same number of knots (not clipped)."""
-        breakpoints = np.asarray(trajectory.breakpoints)
+        breakpoints, knots = np.asarray(trajectory.breakpoints), self.offsets.knots
         durations = np.diff(breakpoints)
-        anchors = self.anchors(durations[None, :])[self.virtual, :, 0]
-        away = trajectory(breakpoints[self.virtual]) - anchors
+        parts = durations.reshape(self.task.gaps, self.per_gap)
+        away = trajectory(breakpoints[knots]) - self.anchors(durations[None, :])[knots, :, 0]
         offsets = np.divide(away, self.unit, out=np.zeros_like(away), where=self.unit > 0)
-        return np.concatenate([self.from_durations(durations), offsets.ravel()])
+        shares = np.log(parts[:, 1:] / parts[:, :1])
+        return np.concatenate([self.from_durations(parts.sum(axis=1)), shares.ravel(), offsets.ravel()])
 
     def distance(self, x: Array, y: Array) -> float:
         """Return how far two candidates are apart: the mean difference of their variables, in widths of the box."""

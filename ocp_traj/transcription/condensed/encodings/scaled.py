@@ -26,8 +26,14 @@ class Scaled(LogDurations):
     name = "scaled"
     decides_speed = True
 
-    def __init__(self, task: TrajectoryTask, rows: CondensedRows, bounds: ArrayLike | None = None) -> None:
-        super().__init__(task, rows, bounds)
+    def __init__(
+        self,
+        task: TrajectoryTask,
+        rows: CondensedRows,
+        bounds: ArrayLike | None = None,
+        offsets: str = "spline",
+    ) -> None:
+        super().__init__(task, rows, bounds, offsets)
         if not task.boundary.is_rest:
             raise InputError(
                 "the scaled encoding needs a motion from rest to rest, expected encoding 'durations'"
@@ -59,7 +65,7 @@ class Scaled(LogDurations):
     def distance(self, x: Array, y: Array) -> float:
         """Return how far two candidates are apart; only the proportions of their durations count."""
         difference = x - y
-        difference[: self.segments] -= difference[: self.segments].mean()
+        difference[: self.task.gaps] -= difference[: self.task.gaps].mean()
         return super().distance(difference, np.zeros_like(y))
 
     def evaluate(self, curves: CurveBatch) -> Evaluation:

@@ -18,7 +18,7 @@ from ocp_traj.robot.packaged import PACKAGED_ROBOTS, data_folder
 from ocp_traj.task import Boundary, Limits, TrajectoryTask
 from ocp_traj.trajectory import Trajectory
 
-PROBLEMS = Path(__file__).parent.parent / "data" / "collision" / "problems.jsonl"
+PROBLEMS = Path(__file__).parents[2] / "data" / "collision" / "problems.jsonl"
 """Starts and goals among obstacles, one JSON object a line: MotionBenchMaker's (Chamzas et al. 2022), from VAMP."""
 
 FREE = Limits(position=np.inf, velocity=np.inf, acceleration=np.inf, torque=np.inf)

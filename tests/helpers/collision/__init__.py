@@ -1,0 +1,1 @@
+"""Cells and motions for tests of collision, and published problems."""
