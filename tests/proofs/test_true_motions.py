@@ -94,7 +94,7 @@ def test_judge_and_checker_agree_on_a_hundred_motions() -> None:
     assert disagreements(range(1000, 1025)) == []
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("first", range(2000, 4500, 25))
 def test_judge_and_checker_agree_on_ten_thousand_motions(first: int) -> None:
     assert disagreements(range(first, first + 25)) == []
