@@ -28,6 +28,7 @@ straight = ot.TrajectoryTask([start, goal], limits, arm, virtual_knots=3, collis
 through = ot.solve(straight)
 print(through.audit)
 print("the smallest clearance should be about -49 mm, between wrist 1 and the wall")
+assert not through.feasible
 
 # %%
 # One more waypoint above the wall leads over it.
@@ -36,3 +37,4 @@ above = np.deg2rad([10, -105, 60, -45, -90, 0])
 over = ot.solve(ot.TrajectoryTask([start, above, goal], limits, arm, virtual_knots=3, collision=scene))
 print(over.audit)
 print("the duration should be close to 2.0669 s")
+assert over.feasible

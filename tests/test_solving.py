@@ -14,7 +14,7 @@ from metaheuristics import Solution, Status
 from ocp_traj.exceptions import UnknownNameError
 from ocp_traj.solvers import Outcome, Request, Solver
 from ocp_traj.solving import MENDING_ROUNDS, judge, solve
-from ocp_traj.task import Limits, TrajectoryTask
+from ocp_traj.task import Limits, Objective, TrajectoryTask
 from ocp_traj.trajectory_files import from_json
 from ocp_traj.transcription import CondensedNlp, trajectory_from_durations
 
@@ -226,7 +226,9 @@ def test_a_septic_rests_a_moment_at_a_point_given_twice():
     """Nothing but rounding keeps such a segment from vanishing, and its derivatives from growing without bound."""
     points = [2.4344, -4.3653, -5.1774, -3.5905, -5.3214, -5.3214, 2.5587, 4.0902, -3.9814, -1.5353]
     limits = Limits(position=[[-13.6], [9.5]], velocity=0.119, acceleration=3.6e-3)
-    task = TrajectoryTask(np.array(points)[:, None], limits, family="septic")
+    bounds = [[0.0, np.inf]] * 4 + [[0.0, 1e4]] + [[0.0, np.inf]] * 4  # without, equal points are passed once
+    objective = Objective(gap_durations=bounds)
+    task = TrajectoryTask(np.array(points)[:, None], limits, family="septic", objective=objective)
     result = solve(task)
     assert result.feasible, result.diagnosis
     rest = result.trajectory.segment_durations[4]

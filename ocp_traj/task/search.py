@@ -18,13 +18,13 @@ class Search:
     Parameters
     ----------
     duration : (2,) bounds of the duration of one gap, s
-    offset : half-width of the box of virtual-knot offsets, in units of the local travel
     protocol : ``"shared"`` durations for all joints, or ``"per-joint"`` (papers B and D)
+    offset : half-width of the box of virtual-knot offsets, in units of the local travel
     """
 
     duration: ArrayLike = (0.05, 10.0)
-    offset: float = 0.1
     protocol: str = "shared"
+    offset: float = 0.1
 
     def expanded(self) -> Search:
         """Return the settings with checked values."""

@@ -83,7 +83,7 @@ def test_the_command_writes_it(case: Path, capsys: pytest.CaptureFixture[str]) -
 
 
 def test_a_comparison_computes_it_and_its_report_and_picture_show_it(case: Path, tmp_path: Path) -> None:
-    compare(Plan((CaseChoice(str(case)),), ("ipopt",), seeds=1, time_limit=30.0), tmp_path / "out")
+    compare(Plan((CaseChoice(str(case)),), ("ipopt",), seeds=1, time_limit=600.0), tmp_path / "out")
     files = write_report(tmp_path / "out")
     (problem,) = files.judgement.problems
     assert problem.references["full_speed"] == {"lower": 2.0}

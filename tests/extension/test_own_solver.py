@@ -153,7 +153,7 @@ def test_a_solver_is_one_file_and_one_line(tmp_path: Path) -> None:
 def test_an_optimiser_is_one_file_and_one_line_and_its_hybrid_comes_with_it(tmp_path: Path) -> None:
     registry = "metaheuristics/algorithms/registry.py"
     lines = {
-        "METHODS: dict[str, Method] = {\n": OPTIMISER_LINE,
+        "registry: dict[str, Method] = {\n": OPTIMISER_LINE,
         "import EliteSparrowSearch\n": OPTIMISER_IMPORT,
     }
     tree = extended(tmp_path, "metaheuristics/algorithms/hill_climber.py", OPTIMISER, registry, lines)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
+from html import escape
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -188,10 +189,10 @@ def test_a_page_holds_every_run_claim_and_figure(key: str, tmp_path: Path) -> No
         assert f"| {number} |" in text
     assert ("| least energy | 1.2500 | 345.5 |" in text) == (key == "D")
     for sentence in paper.stand_ins:
-        assert sentence in text
+        assert escape(sentence, quote=False) in text
     claims = paper.claims(known_records(paper, tmp_path / "again"))
     for claim in claims:
-        assert claim.sentence.replace("|", "\\|") in text
+        assert escape(claim.sentence, quote=False).replace("|", "\\|") in text
     assert f"Of {len(claims)} claims and remarks" in summary
     pictures = [line.split("](")[1].rstrip(")") for line in text.splitlines() if line.startswith("![")]
     assert len(pictures) == len(set(pictures)) == {"A": 2, "B": 3, "C": 6, "D": 5}[key]

@@ -79,7 +79,7 @@ def test_an_answer_without_a_number_is_no_success(result: Any) -> None:
     fake = SimpleNamespace(
         **{
             name: getattr(result, name)
-            for name in ("solution", "audit", "duration", "energy", "trajectory", "message")
+            for name in ("task", "solution", "audit", "duration", "energy", "trajectory", "message")
         },
         objective=float("nan"),
     )
