@@ -49,6 +49,7 @@ class Supervisor:
         self._messages: queue.Queue[dict[str, Any] | None] = queue.Queue()
         self._errors: IO[bytes] | None = None
         self._idle_memory = 0
+        self._path = ""
 
     def run(self, request: dict[str, Any]) -> RunRecord:
         """Execute one request and return its record; a crash or a limit is a record with its reason."""
@@ -102,10 +103,12 @@ class Supervisor:
             self._errors.close()
 
     def _start(self) -> dict[str, Any] | None:
-        """Make sure a child is ready; return a failure when it cannot be."""
-        if self._process is not None and self._process.poll() is None:
+        """Make sure a child is ready that can import what this process can; return a failure when it cannot be."""
+        path = _search_path()
+        if self._process is not None and self._process.poll() is None and path == self._path:
             return None
         self.close()
+        self._path = path
         self._messages = queue.Queue()
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the child
         self._process = subprocess.Popen(
@@ -113,7 +116,7 @@ class Supervisor:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._errors,
-            env={**os.environ, **pinned_threads(), "PYTHONPATH": _search_path()},
+            env={**os.environ, **pinned_threads(), "PYTHONPATH": path},
             start_new_session=True,
         )
         threading.Thread(target=_forward, args=(self._process, self._messages), daemon=True).start()
