@@ -15,6 +15,7 @@ from metaheuristics import History, Solution, Status
 from ocp_traj.arrays import Array
 from ocp_traj.exceptions import InputError
 from ocp_traj.quantities import DERIVATIVES, RATES
+from ocp_traj.references.bounds.certify import FAR_SECONDS
 from ocp_traj.solvers.population.condensed import CondensedSolver
 from ocp_traj.solvers.solver import DEFAULT_BUDGET, Outcome, Request, Solver
 from ocp_traj.task import Boundary, Limits, Objective, TrajectoryTask
@@ -46,7 +47,13 @@ class PerJoint(Solver):
 
 
 def joint_task(task: TrajectoryTask, joint: int) -> TrajectoryTask:
-    """Return the kinematic task of one joint alone."""
+    """Return the kinematic task of one joint alone.
+
+    Where the joint has equal waypoints and others move, they stay two instants: the gap's duration gets a bound.
+    """
+    rests = (np.diff(task.waypoints[:, joint]) == 0) & (np.diff(task.waypoints, axis=0) != 0).any(axis=1)
+    gap_durations = np.array(task.objective.gap_durations)
+    gap_durations[rests, 1] = np.minimum(gap_durations[rests, 1], FAR_SECONDS)
     limits: dict[str, Any] = {name: task.limits.get(name)[:, :, [joint]] for name in DERIVATIVES}
     boundary: dict[str, Any] = {}
     for name in RATES:
@@ -57,7 +64,7 @@ def joint_task(task: TrajectoryTask, joint: int) -> TrajectoryTask:
         limits=Limits(**limits),
         family=task.family,
         boundary=Boundary(**boundary),
-        objective=Objective(time=1.0, duration=task.objective.duration),
+        objective=Objective(time=1.0, duration=task.objective.duration, gap_durations=gap_durations),
         search=replace(task.search, protocol="shared"),
         name=f"{task.name}, joint {joint + 1}",
     )
