@@ -82,7 +82,7 @@ def test_a_joint_that_never_moves_can_be_moved() -> None:
 
 @pytest.mark.parametrize("offsets", ["spline", "chord"])
 def test_the_box_is_the_task_s_and_the_chord_s_is_one(offsets: str) -> None:
-    task = make_task("cubic", LIMITS["velocity"], virtual_knots=1).changed(search=Search((0.1, 3.0), 0.25))
+    task = make_task("cubic", LIMITS["velocity"], virtual_knots=1).changed(search=Search((0.1, 3.0), offset=0.25))
     nlp = CondensedNlp(task, offsets=offsets)
     half = 0.25 if offsets == "spline" else 1.0
     np.testing.assert_array_equal(np.abs(nlp.lower[nlp.segments :]), half)
