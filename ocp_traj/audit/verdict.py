@@ -61,7 +61,7 @@ class Extremum:
         return not self.ratio <= 1.0 + (of_clearance if self.limit == "clearance" else RATIO_TOLERANCE)
 
     def to_json(self) -> dict[str, Any]:
-        """Return the contract's object: joint from 1 (null without one), ratio null where it is infinite."""
+        """Return the object of docs/cli.md: joint from 1 (null without one), ratio null where it is infinite."""
         entry: dict[str, Any] = {
             "limit": self.limit,
             "joint": self.joint + 1 if self.joint >= 0 else None,
