@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from helpers import comparison_fakes as fakes
-from helpers.processes import child_environment, ends, interrupt, start_process
+from helpers.processes import child_environment, interrupt, start_process
 from ocp_traj.comparison.runs.compare import ComparisonProgress, compare
 from ocp_traj.comparison.runs.plan import CaseChoice, Plan
 from ocp_traj.comparison.runs.store import Store, StoredRun
